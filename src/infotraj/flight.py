@@ -1,0 +1,170 @@
+"""The flight table: one row a sample, the columns and units of docs/files.md, read and written without loss."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+import yaml
+
+from infotraj.errors import InputError, problem
+from infotraj.rotations import Array
+
+POSITION = ("px", "py", "pz")
+ATTITUDE = ("qw", "qx", "qy", "qz")
+VELOCITY = ("vx", "vy", "vz")
+RATE = ("wx", "wy", "wz")
+SPECIFIC_FORCE = ("ax", "ay", "az")
+COMMANDED_FORCE = ("cmd_fx", "cmd_fy", "cmd_fz")
+COMMANDED_TORQUE = ("cmd_tx", "cmd_ty", "cmd_tz")
+COMMANDED_WRENCH = COMMANDED_FORCE + COMMANDED_TORQUE
+REFERENCE_POSITION = ("ref_px", "ref_py", "ref_pz")
+REFERENCE_ATTITUDE = ("ref_qw", "ref_qx", "ref_qy", "ref_qz")
+
+_META_KEY = b"infotraj"
+
+
+@dataclass(frozen=True)
+class Flight:
+    """One flight: `table` (a column a channel, NaN where a channel has no sample) and its metadata."""
+
+    table: pd.DataFrame
+    meta: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        check_table(self.table, source=str(self.meta.get("source", "flight")))
+
+    @property
+    def t(self) -> Array:
+        """Time (s), (n,)."""
+        return self.table["t"].to_numpy(dtype=float)
+
+    def has(self, *columns: str) -> bool:
+        """True where every named column exists and holds at least one number."""
+        return all(c in self.table and self.table[c].notna().any() for c in columns)
+
+    def get(self, *columns: str) -> Array:
+        """The named columns, (n, len(columns)). InputError names those that are missing."""
+        missing = [c for c in columns if c not in self.table]
+        if missing:
+            raise InputError(
+                problem(
+                    f"{self.meta.get('source', 'flight')}: columns {', '.join(missing)} are missing",
+                    f"{', '.join(columns)}",
+                    "Add them to the log or to its mapping.",
+                )
+            )
+        return self.table[list(columns)].to_numpy(dtype=float)
+
+    def numbered(self, prefix: str) -> Array:
+        """Columns prefix0, prefix1, ... as (n, count); count is 0 where there are none."""
+        names = []
+        while f"{prefix}{len(names)}" in self.table:
+            names.append(f"{prefix}{len(names)}")
+        return self.table[names].to_numpy(dtype=float).reshape(len(self.table), len(names))
+
+    def between(self, start: float, stop: float) -> Flight:
+        """The rows with start <= t < stop (s)."""
+        keep = (self.t >= start) & (self.t < stop)
+        return Flight(self.table[keep].reset_index(drop=True), dict(self.meta))
+
+    def write(self, path: str | Path) -> None:
+        """Writes .parquet (metadata inside) or .csv (metadata in NAME.meta.yaml beside it), whole or not at all."""
+        path = Path(path)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part = path.with_name(f".{path.name}.part")
+        try:
+            if path.suffix == ".parquet":
+                arrow = pa.Table.from_pandas(self.table, preserve_index=False)
+                meta = {**(arrow.schema.metadata or {}), _META_KEY: json.dumps(self.meta).encode()}
+                pq.write_table(arrow.replace_schema_metadata(meta), part)
+            elif path.suffix == ".csv":
+                self.table.to_csv(part, index=False, float_format="%.17g")
+                if self.meta:
+                    _meta_path(path).write_text(yaml.safe_dump(self.meta, sort_keys=False))
+            else:
+                raise InputError(problem(f"{path}", "a name that ends in .parquet or .csv", "Rename it."))
+            os.replace(part, path)
+        finally:
+            part.unlink(missing_ok=True)
+
+
+def read_flight(path: str | Path) -> Flight:
+    """Reads a flight table (.csv or .parquet). InputError, one line, for anything that is not one."""
+    path = Path(path)
+    if not path.is_file():
+        what = "a directory" if path.is_dir() else "no file"
+        raise InputError(problem(f"{path}: {what}", "a flight table (.csv or .parquet)", "Check the path."))
+    try:
+        if path.suffix == ".parquet":
+            arrow = pq.read_table(path)
+            meta = json.loads((arrow.schema.metadata or {}).get(_META_KEY, b"{}"))
+            table = arrow.to_pandas()
+        elif path.suffix == ".csv":
+            table = pd.read_csv(path)
+            meta = yaml.safe_load(_meta_path(path).read_text()) if _meta_path(path).is_file() else {}
+        else:
+            raise InputError(
+                problem(f"{path}: ends in '{path.suffix}'", ".csv or .parquet", "Run `infotraj import` first.")
+            )
+    except InputError:
+        raise
+    except (OSError, ValueError, pa.ArrowException, yaml.YAMLError, UnicodeDecodeError) as error:
+        first = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise InputError(
+            problem(
+                f"{path}: cannot be read ({first})",
+                f"a complete {path.suffix} file",
+                "It may be truncated: write it again.",
+            )
+        ) from error
+    meta = {**meta, "source": str(path)} if isinstance(meta, dict) else {"source": str(path)}
+    return Flight(table, meta)
+
+
+def check_table(table: pd.DataFrame, source: str) -> None:
+    """InputError unless `table` is a flight table: numeric columns, a finite and increasing time."""
+    if "t" not in table:
+        columns = ", ".join(map(str, table.columns[:8])) or "no columns"
+        raise InputError(
+            problem(f"{source}: no column t among {columns}", "a flight table with t in s", "Import the log first.")
+        )
+    if len(table) < 2:
+        raise InputError(problem(f"{source}: {len(table)} rows", "at least 2", "Use a longer log."))
+    text = [c for c in table if not pd.api.types.is_numeric_dtype(table[c]) and table[c].notna().any()]
+    if text:
+        raise InputError(problem(f"{source}: column {text[0]} holds text", "numbers", "Remove or convert the column."))
+    t = table["t"].to_numpy(dtype=float)
+    bad = np.flatnonzero(~np.isfinite(t))
+    if bad.size:
+        raise InputError(
+            problem(f"{source}: t is not a number in row {bad[0]}", "a finite time in s in every row", "Remove it.")
+        )
+    back = np.flatnonzero(np.diff(t) <= 0)
+    if back.size:
+        k = back[0]
+        raise InputError(
+            problem(
+                f"{source}: time goes from {t[k]:.6f} to {t[k + 1]:.6f} s at row {k + 1}",
+                "a strictly increasing t",
+                "Sort the rows or cut the log there.",
+            )
+        )
+
+
+def sha256(path: str | Path) -> str:
+    """The sha256 of a file's bytes, in hexadecimal."""
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _meta_path(path: Path) -> Path:
+    return path.with_name(f"{path.stem}.meta.yaml")

@@ -1,0 +1,1 @@
+"""What is to be flown: references, tasks and the deviations that turn a task into a candidate."""

@@ -1,0 +1,165 @@
+"""The vehicle file: what is believed of the vehicle, and nothing of what is hidden in it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+import yaml
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from infotraj.errors import InputError, problem
+from infotraj.rotations import Array
+
+Vector = Annotated[tuple[float, float, float], Field(description="three numbers, body frame")]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+
+def _unit(v: tuple[float, float, float]) -> tuple[float, float, float]:
+    norm = float(np.linalg.norm(v))
+    if not np.isfinite(norm) or norm == 0.0:
+        raise ValueError("an axis needs a direction: three finite numbers, not all zero")
+    return tuple(float(c) / norm for c in v)
+
+
+Axis = Annotated[Vector, AfterValidator(_unit)]
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Inertia(_Strict):
+    """Inertia about the centre of mass (kg m^2), body axes."""
+
+    xx: Positive
+    yy: Positive
+    zz: Positive
+    xy: float = 0.0
+    xz: float = 0.0
+    yz: float = 0.0
+
+    @model_validator(mode="after")
+    def _physical(self) -> Inertia:
+        principal = np.linalg.eigvalsh(self.matrix())
+        if principal[0] <= 0 or principal[0] + principal[1] < principal[2] * (1 - 1e-9):
+            raise ValueError(
+                f"no body has the principal moments {principal.round(6).tolist()}: each must be positive and "
+                "no larger than the sum of the other two"
+            )
+        return self
+
+    def matrix(self) -> Array:
+        """Inertia matrix, (3, 3), kg m^2."""
+        return np.array([[self.xx, self.xy, self.xz], [self.xy, self.yy, self.yz], [self.xz, self.yz, self.zz]])
+
+
+class Rotor(_Strict):
+    """One rotor: thrust k_F w^2 along `axis`, reaction torque -spin x moment_constant x thrust along it."""
+
+    name: str
+    position: Vector = Field(description="m, at zero tilt")
+    axis: Axis = Field((0.0, 0.0, 1.0), description="thrust direction at zero tilt")
+    spin: Literal[1, -1] = Field(description="+1 turns counter-clockwise seen from above")
+    input: Literal["speed", "throttle"] = "speed"
+    thrust_coefficient: Positive | None = Field(None, description="k_F, N s^2/rad^2")
+    thrust_polynomial: tuple[float, float, float] | None = Field(None, description="N, of the throttle")
+    moment_constant: NotNegative = Field(description="torque per thrust, m")
+    max_speed: Positive | None = Field(None, description="rad/s")
+    time_constant: NotNegative = Field(0.0, description="s, first-order lag in speed")
+    tilt: int | None = Field(None, ge=0, description="index of the tilt that turns this rotor")
+    radius: Positive | None = Field(None, description="m")
+    coaxial: Literal["upper", "lower"] | None = None
+
+    @model_validator(mode="after")
+    def _thrust_is_defined(self) -> Rotor:
+        if self.input == "speed" and self.thrust_coefficient is None:
+            raise ValueError(f"{self.name}: a rotor with a speed input needs `thrust_coefficient`")
+        if self.input == "throttle" and self.thrust_polynomial is None:
+            raise ValueError(f"{self.name}: a rotor with `input: throttle` needs `thrust_polynomial`")
+        return self
+
+
+class Tilt(_Strict):
+    """A joint that turns rotors about the line through the body's origin along `axis`, right-handed."""
+
+    name: str
+    axis: Axis = Field(description="pointing outward")
+    time_constant: NotNegative = Field(0.0, description="s, first-order lag")
+    max_rate: Positive = Field(float("inf"), description="rad/s")
+
+
+class Vehicle(_Strict):
+    """First-principles description of a multirotor. SI units, body frame x forward, y left, z up."""
+
+    name: str
+    mass: Positive | None = Field(None, description="kg; left out: unknown")
+    inertia: Inertia | None = Field(None, description="kg m^2; left out: unknown")
+    center_of_mass: Vector = Field((0.0, 0.0, 0.0), description="m, from the body's origin")
+    gravity: Positive = 9.81
+    nominal_voltage: Positive | None = Field(None, description="V, the reference of battery_sag")
+    rotors: tuple[Rotor, ...] = Field(min_length=1)
+    tilts: tuple[Tilt, ...] = ()
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Vehicle:
+        names = [part.name for part in (*self.rotors, *self.tilts)]
+        twice = sorted({n for n in names if names.count(n) > 1})
+        if twice:
+            raise ValueError(f"names must differ; {twice} appear twice")
+        for rotor in self.rotors:
+            if rotor.tilt is not None and rotor.tilt >= len(self.tilts):
+                raise ValueError(f"{rotor.name}: tilt {rotor.tilt}, but there are {len(self.tilts)} tilts")
+        return self
+
+    def inertia_matrix(self) -> Array:
+        """Inertia about the centre of mass, (3, 3), kg m^2. InputError where the file leaves it out."""
+        if self.inertia is None:
+            raise InputError(
+                problem(f"vehicle {self.name} has no inertia", "`inertia: {xx, yy, zz}` in kg m^2", "Add it.")
+            )
+        return self.inertia.matrix()
+
+
+def load_vehicle(path: str | Path) -> Vehicle:
+    """Reads a vehicle file (YAML). InputError, one line, where the file is missing, broken or inconsistent."""
+    path = Path(path)
+    try:
+        content = yaml.safe_load(path.read_text())
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise InputError(
+            problem(f"{path}: cannot be read as YAML ({error})", "a vehicle file", "Check the path.")
+        ) from error
+    return parse_vehicle(content, source=str(path))
+
+
+def parse_vehicle(content: object, source: str = "vehicle") -> Vehicle:
+    """A vehicle from the content of its file. InputError, one line, naming `source`, where it is not valid."""
+    if not isinstance(content, dict):
+        raise InputError(
+            problem(
+                f"{source}: holds {type(content).__name__}",
+                "a mapping with name, mass, inertia and rotors",
+                "See config/vehicles/omav.yaml for an example.",
+            )
+        )
+    try:
+        return Vehicle.model_validate(content)
+    except ValidationError as error:
+        raise InputError(f"{source}: {validation_line(error)}") from error
+
+
+def validation_line(error: ValidationError) -> str:
+    """The first complaints of a pydantic validation as one line: where, what, and the value found."""
+    parts = []
+    for entry in error.errors()[:3]:
+        where = ".".join(str(p) for p in entry["loc"]) or "the file"
+        if entry["type"] == "extra_forbidden":
+            parts.append(f"{where}: unknown key (misspelt, or from another version); remove or correct it")
+        else:
+            found = "" if entry["type"] == "missing" else f" (found {str(entry['input'])[:60]!r})"
+            parts.append(f"{where}: {entry['msg'].removeprefix('Value error, ')}{found}")
+    more = error.error_count() - 3
+    return "; ".join(parts) + (f"; and {more} more" if more > 0 else "")
