@@ -1,0 +1,139 @@
+"""A flight, or a simulated rollout of one, as a recording that the rerun viewer opens as it is."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import rerun as rr
+
+from infotraj.flight import COMMANDED_WRENCH, Flight
+from infotraj.recording import signals
+from infotraj.recording.layout import AXES, blueprint
+from infotraj.recording.scene import FLOWN, REFERENCE, add_scene, center_of, reach
+from infotraj.recording.signals import Band, Residual, Samples, thinned
+from infotraj.recording.stream import Columns, recording
+from infotraj.vehicle import Vehicle
+
+RATE = 100.0  # samples a second of a plotted line
+COMMANDED, ACHIEVED = REFERENCE, FLOWN
+LEARNED, EDGE = (0, 114, 178), (120, 175, 215)
+AXIS_COLORS = ((213, 94, 0), (0, 158, 115), (86, 180, 233))
+NORM = (200, 200, 200)
+
+
+def record_flight(
+    path: str | Path,
+    flight: Flight,
+    vehicle: Vehicle,
+    *,
+    achieved: pd.DataFrame | None = None,
+    gp: Residual | None = None,
+    rollout: bool = False,
+) -> None:
+    """Writes a flight as a rerun recording with its layout; what the flight does not hold is left out.
+
+    achieved: t (s), tx, ty, tz (N m); without it the torque comes from the rate's derivative. gp: the learned residual,
+    drawn along the commanded wrench with its band of two standard deviations. rollout: the flight was simulated with
+    the learned model, and is named so. InputError where `achieved` lacks a column, or a residual cannot be scaled.
+    """
+    torque = signals.achieved_torque(flight, vehicle, achieved)
+    groups = _groups(flight, vehicle, torque)
+    band = None if gp is None else signals.predicted_residual(flight, vehicle, gp, RATE)
+    present = {name for name, value in groups.items() if value is not None} | ({"residual"} if band else set())
+    present |= {g for g in ("force", "torque") if flight.has(*COMMANDED_WRENCH)}
+    layout = blueprint(*center_of(flight), reach(vehicle), present)
+    application = "infotraj rollout" if rollout else "infotraj flight"
+    with recording(path, application, _identity(flight, vehicle, rollout), layout) as columns:
+        columns.static("about", _about(flight, vehicle, gp is not None, rollout))
+        add_scene(columns, flight, vehicle)
+        _add_wrench(columns, flight, groups)
+        for group in ("error/position", "error/attitude", "error/angular_acceleration"):
+            _add_error(columns, group, groups[group])
+        _add_residual(columns, groups["residual"], band)
+
+
+def record_rollout(
+    path: str | Path,
+    flight: Flight,
+    vehicle: Vehicle,
+    *,
+    achieved: pd.DataFrame | None = None,
+    gp: Residual | None = None,
+) -> None:
+    """Writes a simulated rollout as a recording: `record_flight`, named as a simulation."""
+    record_flight(path, flight, vehicle, achieved=achieved, gp=gp, rollout=True)
+
+
+def _groups(flight: Flight, vehicle: Vehicle, torque: Samples | None) -> dict[str, Samples | None]:
+    residual = signals.residual_torque(flight, torque)
+    inertia = None if vehicle.inertia is None else np.diag(vehicle.inertia_matrix())
+    error = None if residual is None or inertia is None else Samples(residual.t, residual.values / inertia)
+    return {
+        "force": signals.achieved_force(flight, vehicle),
+        "torque": torque,
+        "error/position": signals.position_error(flight),
+        "error/attitude": signals.attitude_error(flight),
+        "error/angular_acceleration": error,
+        "residual": residual,
+    }
+
+
+def _add_wrench(columns: Columns, flight: Flight, groups: dict[str, Samples | None]) -> None:
+    commanded = signals.channel(flight, COMMANDED_WRENCH)
+    for group, first in (("force", 0), ("torque", 3)):
+        for k, axis in enumerate(AXES):
+            achieved = groups[group]
+            if achieved is not None:
+                _add_line(columns, f"{group}/{axis}/achieved", achieved, k, "achieved", ACHIEVED)
+            if commanded is not None:
+                _add_line(columns, f"{group}/{axis}/commanded", commanded, first + k, "commanded", COMMANDED)
+
+
+def _add_error(columns: Columns, group: str, error: Samples | None) -> None:
+    if error is not None:
+        norm = Samples(error.t, np.linalg.norm(error.values, axis=1, keepdims=True))
+        _add_line(columns, f"{group}/norm", norm, 0, "norm", NORM)
+        for k, axis in enumerate(AXES):
+            _add_line(columns, f"{group}/{axis}", error, k, axis, AXIS_COLORS[k])
+
+
+def _add_residual(columns: Columns, seen: Samples | None, band: Band | None) -> None:
+    for k, axis in enumerate(AXES):
+        if seen is not None:
+            _add_line(columns, f"residual/{axis}/seen", seen, k, "seen: achieved minus commanded", ACHIEVED)
+        if band is not None:
+            edges = {"lower": band.mean - band.two_sigma, "upper": band.mean + band.two_sigma}
+            for name, values in edges.items():
+                columns.series(f"residual/{axis}/{name}", band.t, values[:, k], f"{name}, two sigma", EDGE, width=1.0)
+            columns.series(f"residual/{axis}/mean", band.t, band.mean[:, k], "learned mean", LEARNED, width=2.5)
+
+
+def _add_line(columns: Columns, entity: str, samples: Samples, k: int, name: str, color: tuple) -> None:
+    keep = thinned(samples.t, RATE)
+    columns.series(entity, samples.t[keep], samples.values[keep, k], name, color)
+
+
+def _identity(flight: Flight, vehicle: Vehicle, rollout: bool) -> str:
+    content = pd.util.hash_pandas_object(flight.table, index=False).to_numpy().tobytes()
+    return hashlib.sha256(content + f"{vehicle.model_dump_json()}{rollout}".encode()).hexdigest()[:24]
+
+
+def _about(flight: Flight, vehicle: Vehicle, learned: bool, rollout: bool) -> rr.TextDocument:
+    kind = "Simulated rollout with the learned model" if rollout else "Flight"
+    lines = [
+        f"**{kind} of {vehicle.name}**, {flight.t[-1] - flight.t[0]:.1f} s, {len(vehicle.rotors)} rotors, "
+        f"{len(vehicle.tilts)} tilting arms.",
+        "",
+        "Orange arrows: thrust of each rotor (k_F w^2 of the commanded speed) along its axis; a lower rotor's arrow "
+        "ends at its disc. Discs: blue turns counter-clockwise, pink clockwise. Red arrow: forward.",
+        "",
+        "Green: flown path, yellow: reference. The thin arrows and the curves at their tips show the body's z axis.",
+    ]
+    if learned:
+        lines += ["", "Tab Residual: what the learned model expects at the commanded wrench, with its two-sigma band."]
+    known = {k: v for k, v in flight.meta.items() if isinstance(v, str | int | float) and k != "source"}
+    lines += ["", *(f"- {k}: {v}" for k, v in known.items())]
+    return rr.TextDocument("\n".join(lines), media_type=rr.MediaType.MARKDOWN)
