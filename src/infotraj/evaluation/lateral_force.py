@@ -1,7 +1,7 @@
 """Lateral specific force of a multirotor from motion capture, and the inputs that should explain it.
 
-A multirotor whose rotors all point along body z pushes along body z alone; what acts on it sideways, in body x and y, is
-drag and interference, and an accelerometer or the motion capture sees it as lateral specific force. Its usual
+A multirotor whose rotors all point along body z pushes along body z alone; what acts on it sideways, in body x and y,
+is drag and interference, and an accelerometer or the motion capture sees it as lateral specific force. Its usual
 first-order model is linear in the body velocity, with a coefficient that grows with the rotor speeds (Faessler,
 Franchi, Scaramuzza, "Differential flatness of quadrotor dynamics subject to rotor drag", 2018), hence the inputs here:
 the velocity in the body frame and the collective thrust.
@@ -44,13 +44,13 @@ class LateralForce:
 def lateral_force(recorded: Flight) -> LateralForce:
     """Inputs and lateral specific force of a recorded flight (columns: pose, cmd_rotor_*, battery).
 
-    Position is put on a 10 ms grid; velocity and acceleration are its derivatives by a Savitzky-Golay filter (31 samples,
+    Position is put on a 10 ms grid; velocity and acceleration are its Savitzky-Golay derivatives (31 samples,
     order 3). Rows count above 0.4 m and above 15 % mean throttle, without the first and last 1.5 s of that part.
     InputError where no row is left.
     """
     t, position, attitude = uniform_pose(recorded)
     velocity = derivative(position, 1)
-    specific = rotations.to_body(attitude, derivative(position, 2) + [0.0, 0.0, GRAVITY])
+    specific = rotations.to_body(attitude, derivative(position, 2) + np.array([0.0, 0.0, GRAVITY]))
     throttle = recorded.numbered("cmd_rotor_")
     if throttle.shape[1] == 0:
         recorded.get("cmd_rotor_0")

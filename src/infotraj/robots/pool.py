@@ -54,7 +54,7 @@ class Pool:
 def set_point_reference(recorded: Flight) -> Reference:
     """The reference that a flight's logged set-points (ref_px.., ref_qw..) describe, on a 10 ms grid.
 
-    Derivatives by a Savitzky-Golay filter (31 samples, order 3). The attitude is the one that a vehicle without drag and
+    Derivatives by a Savitzky-Golay filter (31 samples, order 3). The attitude is what a vehicle without drag and
     with thrust along body z needs (differential flatness; Mellinger and Kumar 2011, eq. 4 to 6).
     """
     source = recorded.t
@@ -80,7 +80,7 @@ def set_point_reference(recorded: Flight) -> Reference:
 
 def flat_attitude(acceleration: Array, yaw: Array) -> Array:
     """Attitude (n, 4) whose body z carries acceleration (n, 3) plus gravity, with the heading yaw (n,) rad."""
-    z = acceleration + [0.0, 0.0, GRAVITY]
+    z = acceleration + np.array([0.0, 0.0, GRAVITY])
     z = z / np.linalg.norm(z, axis=1, keepdims=True)
     # In the frame turned by yaw, body z = (sin(pitch) cos(roll), -sin(roll), cos(pitch) cos(roll)).
     x_heading = z[:, 0] * np.cos(yaw) + z[:, 1] * np.sin(yaw)
