@@ -91,6 +91,7 @@ def read_reference(path: str | Path) -> Reference:
     missing = [c for c in ("t", *sum(COLUMNS.values(), ())) if c not in table]
     if missing:
         raise InputError(problem(f"{path}: no columns {', '.join(missing[:4])}", "a reference CSV", "Add them."))
+    table = table.apply(pd.to_numeric, errors="coerce")
     values = {name: table[list(labels)].to_numpy(dtype=float) for name, labels in COLUMNS.items()}
     t = table["t"].to_numpy(dtype=float)
     if not (np.isfinite(t).all() and all(np.isfinite(v).all() for v in values.values())):
