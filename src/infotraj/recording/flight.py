@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import rerun as rr
+import rerun.blueprint as rrb
 
 from infotraj.flight import COMMANDED_WRENCH, Flight
 from infotraj.recording import signals
@@ -42,9 +43,10 @@ def record_flight(
     torque = signals.achieved_torque(flight, vehicle, achieved)
     groups = _groups(flight, vehicle, torque)
     band = None if gp is None else signals.predicted_residual(flight, vehicle, gp, RATE)
-    present = {name for name, value in groups.items() if value is not None} | ({"residual"} if band else set())
-    present |= {g for g in ("force", "torque") if flight.has(*COMMANDED_WRENCH)}
-    layout = blueprint(*center_of(flight), reach(vehicle), present)
+
+    def layout(columns: Columns) -> rrb.Blueprint:
+        return blueprint(*center_of(flight), reach(vehicle), columns.spans)
+
     application = "infotraj rollout" if rollout else "infotraj flight"
     with recording(path, application, _identity(flight, vehicle, rollout), layout) as columns:
         columns.static("about", _about(flight, vehicle, gp is not None, rollout))
@@ -103,11 +105,12 @@ def _add_error(columns: Columns, group: str, error: Samples | None) -> None:
 def _add_residual(columns: Columns, seen: Samples | None, band: Band | None) -> None:
     for k, axis in enumerate(AXES):
         if seen is not None:
-            _add_line(columns, f"residual/{axis}/seen", seen, k, "seen: achieved minus commanded", ACHIEVED)
+            _add_line(columns, f"residual/{axis}/seen", seen, k, "seen", ACHIEVED)
         if band is not None:
-            edges = {"lower": band.mean - band.two_sigma, "upper": band.mean + band.two_sigma}
-            for name, values in edges.items():
-                columns.series(f"residual/{axis}/{name}", band.t, values[:, k], f"{name}, two sigma", EDGE, width=1.0)
+            edges = [("lower", -1, "- 2 sigma"), ("upper", 1, "+ 2 sigma")]
+            for name, side, label in edges:
+                values = band.mean + side * band.two_sigma
+                columns.series(f"residual/{axis}/{name}", band.t, values[:, k], label, EDGE, width=1.0)
             columns.series(f"residual/{axis}/mean", band.t, band.mean[:, k], "learned mean", LEARNED, width=2.5)
 
 
@@ -123,9 +126,10 @@ def _identity(flight: Flight, vehicle: Vehicle, rollout: bool) -> str:
 
 def _about(flight: Flight, vehicle: Vehicle, learned: bool, rollout: bool) -> rr.TextDocument:
     kind = "Simulated rollout with the learned model" if rollout else "Flight"
+    known = {k: v for k, v in flight.meta.items() if isinstance(v, str | int | float) and k != "source"}
     lines = [
         f"**{kind} of {vehicle.name}**, {flight.t[-1] - flight.t[0]:.1f} s, {len(vehicle.rotors)} rotors, "
-        f"{len(vehicle.tilts)} tilting arms.",
+        f"{len(vehicle.tilts)} tilting arms. " + ", ".join(f"{k}: {v}" for k, v in known.items()),
         "",
         "Orange arrows: thrust of each rotor (k_F w^2 of the commanded speed) along its axis; a lower rotor's arrow "
         "ends at its disc. Discs: blue turns counter-clockwise, pink clockwise. Red arrow: forward.",
@@ -134,6 +138,4 @@ def _about(flight: Flight, vehicle: Vehicle, learned: bool, rollout: bool) -> rr
     ]
     if learned:
         lines += ["", "Tab Residual: what the learned model expects at the commanded wrench, with its two-sigma band."]
-    known = {k: v for k, v in flight.meta.items() if isinstance(v, str | int | float) and k != "source"}
-    lines += ["", *(f"- {k}: {v}" for k, v in known.items())]
     return rr.TextDocument("\n".join(lines), media_type=rr.MediaType.MARKDOWN)

@@ -9,15 +9,26 @@ from infotraj.recording.stream import TIMELINE
 from infotraj.rotations import Array
 
 AXES = ("x", "y", "z")
+TORQUE = {f"torque/{a}": f"Torque about {a} [N m]" for a in AXES}
+ATTITUDE = {"error/attitude": "Attitude error [deg]"}
+ACCELERATION = {"error/angular_acceleration": "Angular acceleration error [rad/s^2]: (achieved - commanded) / inertia"}
+# Each tab's plots: the entity whose series it shows, and its title.
+TABS = {
+    "Torque and error": {**TORQUE, **ATTITUDE},
+    "Residual": {
+        f"residual/{a}": f"Residual torque about {a} [N m]: seen (achieved - commanded) and learned" for a in AXES
+    },
+    "Force": {f"force/{a}": f"Force along {a} [N], body frame" for a in AXES},
+    "Errors": {"error/position": "Position error [m]", **ATTITUDE, **ACCELERATION},
+}
 
 
-def blueprint(center: Array, extent: float, size: float, present: set[str]) -> rrb.Blueprint:
-    """The layout for a path with middle `center` (3,) m and `extent` m, a vehicle of `size` m, and what is recorded.
+def blueprint(center: Array, extent: float, size: float, spans: dict[str, tuple[float, float]]) -> rrb.Blueprint:
+    """The layout for a path with middle `center` (3,) m and `extent` m, and a vehicle that reaches `size` m.
 
-    `present` holds the groups that have data: force, torque, error/position, error/attitude,
-    error/angular_acceleration, residual. A plot without data is left out.
+    `spans` maps every recorded series to its smallest and largest value; a plot without a series is left out.
     """
-    distance = max(4.2 * size, 1.3 * extent)
+    distance = max(3.6 * size, 1.3 * extent)
     eye = center + distance * np.array([-0.55, -0.72, 0.42])
     scene = rrb.Spatial3DView(
         origin="world",
@@ -27,7 +38,7 @@ def blueprint(center: Array, extent: float, size: float, present: set[str]) -> r
         ),
         line_grid=rrb.LineGrid3D(visible=True, spacing=max(0.1, round(size, 1))),
     )
-    tabs = [rrb.Vertical(*views, name=name) for name, views in _plots(present).items() if views]
+    tabs = [rrb.Vertical(*views, name=name) for name, plots in TABS.items() if (views := _views(plots, spans))]
     left = rrb.Vertical(scene, rrb.TextDocumentView(origin="about", name="About"), row_shares=[4, 1.2])
     right = [rrb.Tabs(*tabs, active_tab=0)] if tabs else []
     return rrb.Blueprint(
@@ -40,30 +51,19 @@ def blueprint(center: Array, extent: float, size: float, present: set[str]) -> r
     )
 
 
-def _plots(present: set[str]) -> dict[str, list[rrb.View]]:
-    def each_axis(group: str, title: str) -> list[rrb.View]:
-        return [_plot(f"{group}/{a}", f"{title.format(axis=a)}") for a in AXES] if group in present else []
-
-    errors = {
-        "error/position": "Position error [m]",
-        "error/attitude": "Attitude error [deg]",
-        "error/angular_acceleration": "Angular acceleration error [rad/s^2]: achieved minus commanded, over inertia",
-    }
-    shown = {group: _plot(group, title) for group, title in errors.items() if group in present}
-    overview = each_axis("torque", "Torque about {axis} [N m]")
-    overview += [shown[g] for g in ("error/attitude",) if g in shown]
-    return {
-        "Torque and error": overview,
-        "Residual": each_axis("residual", "Residual torque about {axis} [N m]: seen, learned, two sigma"),
-        "Force": each_axis("force", "Force along {axis} [N], body frame"),
-        "Errors": list(shown.values()),
-    }
-
-
-def _plot(origin: str, title: str) -> rrb.View:
-    return rrb.TimeSeriesView(
-        origin=origin,
-        name=title,
-        axis_x=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
-        plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop),
-    )
+def _views(plots: dict[str, str], spans: dict[str, tuple[float, float]]) -> list[rrb.TimeSeriesView]:
+    found = []
+    for origin, title in plots.items():
+        inside = [span for entity, span in spans.items() if entity.startswith(f"{origin}/")]
+        if inside:
+            low, high = min(s[0] for s in inside), max(s[1] for s in inside)
+            margin = 0.08 * (high - low) or 1.0
+            view = rrb.TimeSeriesView(
+                origin=origin,
+                name=title,
+                axis_x=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
+                axis_y=rrb.ScalarAxis(range=(low - margin, high + margin)),
+                plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop),
+            )
+            found.append(view)
+    return found

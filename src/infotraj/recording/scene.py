@@ -67,9 +67,9 @@ def _add_path(columns: Columns, entity: str, pose: tuple[Array, Array, Array], c
     """The path of the origin, and that of a tip one `size` above it, which shows how the attitude moves."""
     t, where, turn = pose
     tip = where + rotations.to_world(turn, np.array([0.0, 0.0, 1.4 * size]))
-    columns.static(f"{entity}/path", rr.LineStrips3D([where], colors=color, radii=0.012 * size))
-    columns.static(f"{entity}/tip_path", rr.LineStrips3D([tip], colors=color, radii=0.012 * size))
-    columns.static(f"{entity}/body_z", rr.Arrows3D.from_fields(colors=color, radii=0.015 * size))
+    columns.static(f"{entity}/path", rr.LineStrips3D([where], colors=color, radii=0.007 * size))
+    columns.static(f"{entity}/tip_path", rr.LineStrips3D([tip], colors=color, radii=0.007 * size))
+    columns.static(f"{entity}/body_z", rr.Arrows3D.from_fields(colors=color, radii=0.010 * size))
     columns.arrow(f"{entity}/body_z", t, where, tip - where)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -18,11 +18,15 @@ TIMELINE = "t"
 
 
 class Columns:
-    """Writes channels of one flight, column by column, onto the timeline `t` (s)."""
+    """Writes channels of one flight, column by column, onto the timeline `t` (s).
+
+    `entities` are those written so far, `spans` the smallest and largest value of each series among them.
+    """
 
     def __init__(self, stream: rr.RecordingStream) -> None:
         self._stream = stream
         self.entities: set[str] = set()
+        self.spans: dict[str, tuple[float, float]] = {}
 
     def static(self, entity: str, *parts: object) -> None:
         """What holds at all times: shapes, colours, names."""
@@ -35,6 +39,7 @@ class Columns:
         there = np.isfinite(values)
         if there.any():
             self.static(entity, rr.SeriesLines(colors=color, names=name, widths=width))
+            self.spans[entity] = (float(values[there].min()), float(values[there].max()))
             self._send(entity, t[there], rr.Scalars.columns(scalars=values[there]))
 
     def pose(self, entity: str, t: Array, *, translation: Array | None = None, attitude: Array | None = None) -> None:
@@ -56,8 +61,13 @@ class Columns:
 
 
 @contextmanager
-def recording(path: str | Path, application: str, identity: str, blueprint: rrb.Blueprint) -> Iterator[Columns]:
-    """Opens `path` for one recording with its layout. `identity` tells it from others open in the same viewer."""
+def recording(
+    path: str | Path, application: str, identity: str, layout: Callable[[Columns], rrb.Blueprint]
+) -> Iterator[Columns]:
+    """Opens `path` for one recording; `layout` makes its blueprint when all is written.
+
+    `identity` tells the recording from others that are open in the same viewer.
+    """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.name}.part")
@@ -66,8 +76,10 @@ def recording(path: str | Path, application: str, identity: str, blueprint: rrb.
     stream.set_log_time_enabled(False)
     stream.set_log_tick_enabled(False)
     try:
-        stream.save(part, default_blueprint=blueprint)
-        yield Columns(stream)
+        stream.save(part)
+        columns = Columns(stream)
+        yield columns
+        stream.send_blueprint(layout(columns))
         stream.flush()
         stream.disconnect()
         os.replace(part, path)
