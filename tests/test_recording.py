@@ -14,6 +14,7 @@ from infotraj.dynamics.allocation import Allocation
 from infotraj.errors import InputError
 from infotraj.flight import COMMANDED_TORQUE, Flight
 from infotraj.recording import content_hash, read_back, record_flight, record_rollout
+from infotraj.residual.learning_data import learning_data
 from infotraj.vehicle import Vehicle, load_vehicle, parse_vehicle
 
 OMAV = Path(__file__).parents[1] / "config" / "vehicles" / "omav.yaml"
@@ -140,6 +141,27 @@ def test_angular_acceleration_error_is_the_residual_over_the_inertia(recorded: d
     error = recorded["error/angular_acceleration/z"]["Scalars:scalars"]
     residual = recorded["residual/z/seen"]["Scalars:scalars"]
     np.testing.assert_allclose(error, residual / omav.inertia.zz, rtol=1e-12)
+
+
+def test_a_recorded_demand_is_what_the_error_is_against(tmp_path: Path, omav: Vehicle, flight: Flight) -> None:
+    table = flight.between(0.0, 2.0).table
+    inertia = np.diag(omav.inertia_matrix())
+    for k, axis in enumerate("xyz"):
+        table[f"demand_alpha{axis}"] = (table[f"cmd_t{axis}"] + HIDDEN_TORQUE[k]) / inertia[k] - 0.5
+    record_flight(tmp_path / "f.rrd", Flight(table), omav)
+    for axis in "xyz":
+        error = read_back(tmp_path / "f.rrd")[f"error/angular_acceleration/{axis}"]["Scalars:scalars"]
+        assert np.median(error) == pytest.approx(0.5, abs=0.03)
+
+
+def test_residual_along_learning_data_is_what_was_learned(tmp_path: Path, omav: Vehicle, flight: Flight) -> None:
+    data = learning_data(flight, omav, response_of_model=False)
+    record_flight(tmp_path / "f.rrd", flight, omav, gp=LinearResidual(), data=data)
+    recorded = read_back(tmp_path / "f.rrd")
+    seen = recorded["residual/y/seen"]
+    np.testing.assert_allclose(seen["Scalars:scalars"], data.outputs[::2, 1] * omav.inertia.yy, rtol=1e-9)
+    mean = recorded["residual/y/mean"]["Scalars:scalars"]
+    np.testing.assert_allclose(mean, 2.0 * data.inputs[::2, 4] * omav.inertia.yy, rtol=1e-9)
 
 
 def test_band_is_two_sigma_in_newton_metres(recorded: dict, flight: Flight, omav: Vehicle) -> None:

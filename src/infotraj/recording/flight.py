@@ -10,12 +10,13 @@ import pandas as pd
 import rerun as rr
 import rerun.blueprint as rrb
 
-from infotraj.flight import COMMANDED_WRENCH, Flight
+from infotraj.flight import Flight
 from infotraj.recording import signals
 from infotraj.recording.layout import AXES, blueprint
 from infotraj.recording.scene import FLOWN, REFERENCE, add_scene, center_of, reach
-from infotraj.recording.signals import Band, Residual, Samples, thinned
+from infotraj.recording.signals import Achieved, Band, Residual, Samples, thinned
 from infotraj.recording.stream import Columns, recording
+from infotraj.residual.learning_data import LearningData
 from infotraj.vehicle import Vehicle
 
 RATE = 100.0  # samples a second of a plotted line
@@ -32,17 +33,18 @@ def record_flight(
     *,
     achieved: pd.DataFrame | None = None,
     gp: Residual | None = None,
+    data: LearningData | None = None,
     rollout: bool = False,
 ) -> None:
     """Writes a flight as a rerun recording with its layout; what the flight does not hold is left out.
 
     achieved: t (s), tx, ty, tz (N m); without it the torque comes from the rate's derivative. gp: the learned residual,
-    drawn along the commanded wrench with its band of two standard deviations. rollout: the flight was simulated with
-    the learned model, and is named so. InputError where `achieved` lacks a column, or a residual cannot be scaled.
+    drawn with its band of two standard deviations along the commanded wrench or, so that it compares with what it was
+    learned from, along the inputs of `data` (residual.learning_data of this flight). rollout: the flight was simulated
+    with the learned model, and is named so. InputError where `achieved` lacks a column, or a residual has no scale.
     """
-    torque = signals.achieved_torque(flight, vehicle, achieved)
-    groups = _groups(flight, vehicle, torque)
-    band = None if gp is None else signals.predicted_residual(flight, vehicle, gp, RATE)
+    groups = _groups(flight, vehicle, signals.achieved_torque(flight, vehicle, achieved), data)
+    band = None if gp is None else signals.predicted_residual(flight, vehicle, gp, data, RATE)
 
     def layout(columns: Columns) -> rrb.Blueprint:
         return blueprint(*center_of(flight), reach(vehicle), columns.spans)
@@ -64,34 +66,32 @@ def record_rollout(
     *,
     achieved: pd.DataFrame | None = None,
     gp: Residual | None = None,
+    data: LearningData | None = None,
 ) -> None:
     """Writes a simulated rollout as a recording: `record_flight`, named as a simulation."""
-    record_flight(path, flight, vehicle, achieved=achieved, gp=gp, rollout=True)
+    record_flight(path, flight, vehicle, achieved=achieved, gp=gp, data=data, rollout=True)
 
 
-def _groups(flight: Flight, vehicle: Vehicle, torque: Samples | None) -> dict[str, Samples | None]:
-    residual = signals.residual_torque(flight, torque)
-    inertia = None if vehicle.inertia is None else np.diag(vehicle.inertia_matrix())
-    error = None if residual is None or inertia is None else Samples(residual.t, residual.values / inertia)
+def _groups(
+    flight: Flight, vehicle: Vehicle, achieved: Achieved | None, data: LearningData | None
+) -> dict[str, Samples | None]:
     return {
         "force": signals.achieved_force(flight, vehicle),
-        "torque": torque,
+        "torque": None if achieved is None else achieved.torque,
         "error/position": signals.position_error(flight),
         "error/attitude": signals.attitude_error(flight),
-        "error/angular_acceleration": error,
-        "residual": residual,
+        "error/angular_acceleration": signals.angular_acceleration_error(flight, vehicle, achieved),
+        "residual": signals.seen_residual(flight, vehicle, achieved, data),
     }
 
 
 def _add_wrench(columns: Columns, flight: Flight, groups: dict[str, Samples | None]) -> None:
-    commanded = signals.channel(flight, COMMANDED_WRENCH)
     for group, first in (("force", 0), ("torque", 3)):
-        for k, axis in enumerate(AXES):
-            achieved = groups[group]
-            if achieved is not None:
-                _add_line(columns, f"{group}/{axis}/achieved", achieved, k, "achieved", ACHIEVED)
-            if commanded is not None:
-                _add_line(columns, f"{group}/{axis}/commanded", commanded, first + k, "commanded", COMMANDED)
+        lines = {"achieved": (groups[group], ACHIEVED), "commanded": (signals.commanded(flight, first), COMMANDED)}
+        for name, (samples, color) in lines.items():
+            if samples is not None:
+                for k, axis in enumerate(AXES):
+                    _add_line(columns, f"{group}/{axis}/{name}", samples, k, name, color)
 
 
 def _add_error(columns: Columns, group: str, error: Samples | None) -> None:

@@ -11,7 +11,7 @@ from infotraj.rotations import Array
 AXES = ("x", "y", "z")
 TORQUE = {f"torque/{a}": f"Torque about {a} [N m]" for a in AXES}
 ATTITUDE = {"error/attitude": "Attitude error [deg]"}
-ACCELERATION = {"error/angular_acceleration": "Angular acceleration error [rad/s^2]: (achieved - commanded) / inertia"}
+ACCELERATION = {"error/angular_acceleration": "Angular acceleration error [rad/s^2]: achieved - demanded"}
 # Each tab's plots: the entity whose series it shows, and its title.
 TABS = {
     "Torque and error": {**TORQUE, **ATTITUDE},

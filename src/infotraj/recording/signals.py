@@ -7,9 +7,9 @@ from typing import Protocol
 
 import numpy as np
 import pandas as pd
-from scipy.signal import savgol_filter
 
 from infotraj import rotations
+from infotraj.control.tracking import DEMAND
 from infotraj.dynamics import rigid_body
 from infotraj.errors import InputError, problem
 from infotraj.flight import (
@@ -22,11 +22,11 @@ from infotraj.flight import (
     SPECIFIC_FORCE,
     Flight,
 )
+from infotraj.residual.learning_data import WINDOW, LearningData, Slope
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
 ACHIEVED_TORQUE = ("tx", "ty", "tz")
-DERIVATIVE_WINDOW = 0.1  # s, of the local parabola that differentiates the rate where no achieved torque is handed in
 
 
 class Residual(Protocol):
@@ -83,10 +83,30 @@ def actuators(flight: Flight, kind: str, count: int) -> Samples | None:
     return None
 
 
-def achieved_torque(flight: Flight, vehicle: Vehicle, given: pd.DataFrame | None) -> Samples | None:
-    """Achieved torque (N m) about the body's origin: the columns t, tx, ty, tz of `given`, else J dw + w x J w + r x f.
+@dataclass(frozen=True)
+class Achieved:
+    """Achieved torque (N m) about the body's origin, and the mean over time that its filter amounts to.
 
-    dw is the derivative of a parabola over DERIVATIVE_WINDOW through the estimated, else measured, rate. None where
+    `slope` is None where the torque was handed in: then nothing is known of its filter.
+    """
+
+    torque: Samples
+    slope: Slope | None
+
+    def less(self, asked: Samples) -> Samples:
+        """The torque minus what was asked for (n, 3), N m, both through the same mean."""
+        t = self.torque.t
+        if self.slope is None:
+            return Samples(t, self.torque.values - held(asked, t))
+        half, dt = self.slope.half, self.slope.dt
+        grid = t[0] + dt * np.arange(-half, len(t) + half)
+        return Samples(t, self.torque.values - self.slope.mean(held(asked, grid)))
+
+
+def achieved_torque(flight: Flight, vehicle: Vehicle, given: pd.DataFrame | None) -> Achieved | None:
+    """Achieved torque: the columns t, tx, ty, tz of `given`, else J dw + w x J w + r x f.
+
+    dw is the slope of the measured, else estimated, rate over the window that the residual is learned with. None where
     the flight has no rate or the vehicle no inertia.
     """
     if given is not None:
@@ -97,22 +117,21 @@ def achieved_torque(flight: Flight, vehicle: Vehicle, given: pd.DataFrame | None
             )
         values = given[list(ACHIEVED_TORQUE)].to_numpy(dtype=float)
         there = np.isfinite(values).all(axis=1)
-        return Samples(given["t"].to_numpy(dtype=float)[there], values[there]) if there.any() else None
-    rate = estimated(flight, RATE)
-    if rate is None or vehicle.inertia is None:
+        return Achieved(Samples(given["t"].to_numpy(dtype=float)[there], values[there]), None) if there.any() else None
+    rate = channel(flight, RATE) or estimated(flight, RATE)
+    if rate is None or vehicle.inertia is None or len(rate.t) < 2:
         return None
     step = float(np.median(np.diff(rate.t)))
-    window = max(5, 2 * round(0.5 * DERIVATIVE_WINDOW / step) + 1)
-    if len(rate.t) < window:
+    slope = Slope.over(WINDOW, step)
+    t = rate.t[0] + step * np.arange(int((rate.t[-1] - rate.t[0]) / step + 1e-6) + 1)
+    if len(t) <= 2 * slope.half:
         return None
-    inertia = vehicle.inertia_matrix()
-    slope = savgol_filter(rate.values, window, 2, deriv=1, delta=step, axis=0)
-    smooth = savgol_filter(rate.values, window, 2, axis=0)
-    torque = slope @ inertia + np.cross(smooth, smooth @ inertia)
+    even, inertia = at(rate, t), vehicle.inertia_matrix()
+    torque = slope.derivative(even) @ inertia + slope.mean(np.cross(even, even @ inertia))
     force = achieved_force(flight, vehicle)
     if force is not None and any(vehicle.center_of_mass):
-        torque = torque + np.cross(vehicle.center_of_mass, at(force, rate.t))
-    return Samples(rate.t, torque)
+        torque = torque + np.cross(vehicle.center_of_mass, slope.mean(at(force, t)))
+    return Achieved(Samples(t[slope.half : -slope.half], torque), slope)
 
 
 def achieved_force(flight: Flight, vehicle: Vehicle) -> Samples | None:
@@ -139,28 +158,55 @@ def attitude_error(flight: Flight) -> Samples | None:
     return Samples(attitude.t, np.degrees(rotations.log(apart)))
 
 
-def residual_torque(flight: Flight, achieved: Samples | None) -> Samples | None:
-    """Achieved minus commanded torque (N m): what the model does not explain, (n, 3)."""
-    commanded = channel(flight, COMMANDED_WRENCH)
-    if achieved is None or commanded is None:
+def commanded(flight: Flight, first: int) -> Samples | None:
+    """Three columns of the commanded wrench from `first` on: 0 force (N), 3 torque (N m)."""
+    found = channel(flight, COMMANDED_WRENCH)
+    return None if found is None else Samples(found.t, found.values[:, first : first + 3])
+
+
+def angular_acceleration_error(flight: Flight, vehicle: Vehicle, achieved: Achieved | None) -> Samples | None:
+    """Achieved minus demanded torque over the inertia's diagonal (rad/s^2), (n, 3); without a demand, minus commanded.
+
+    The paper's tracking error (footnote in Sec. V-A). The demand is what the controller asked for before it inverted
+    its model; a first-principles model commands what it demands.
+    """
+    if achieved is None or vehicle.inertia is None:
         return None
-    return Samples(achieved.t, achieved.values - held(commanded, achieved.t)[:, 3:])
+    inertia = np.diag(vehicle.inertia_matrix())
+    demand = channel(flight, DEMAND[3:])
+    asked = commanded(flight, 3) if demand is None else Samples(demand.t, demand.values * inertia)
+    if asked is None:
+        return None
+    difference = achieved.less(asked)
+    return Samples(difference.t, difference.values / inertia)
 
 
-def predicted_residual(flight: Flight, vehicle: Vehicle, gp: Residual, rate: float) -> Band | None:
-    """The learned residual at the commanded wrench, at most `rate` times a second; None without a command."""
-    commanded = channel(flight, COMMANDED_WRENCH)
-    if commanded is None:
+def seen_residual(
+    flight: Flight, vehicle: Vehicle, achieved: Achieved | None, data: LearningData | None
+) -> Samples | None:
+    """What the model does not explain (N m), (n, 3): the outputs of `data`, else achieved minus commanded torque."""
+    if data is not None:
+        return Samples(data.t, data.outputs * rigid_body.scale(vehicle)[3:])
+    asked = commanded(flight, 3)
+    return None if achieved is None or asked is None else achieved.less(asked)
+
+
+def predicted_residual(
+    flight: Flight, vehicle: Vehicle, gp: Residual, data: LearningData | None, rate: float
+) -> Band | None:
+    """The learned residual at the inputs of `data`, else at the commanded wrench, at most `rate` times a second."""
+    wrench = channel(flight, COMMANDED_WRENCH)
+    if data is None and wrench is None:
         return None
     if vehicle.mass is None or vehicle.inertia is None:
         raise InputError(
             problem(f"vehicle {vehicle.name}: mass or inertia left out", "both, to scale the residual", "Add them.")
         )
-    keep = thinned(commanded.t, rate)
     scale = rigid_body.scale(vehicle)
-    inputs = commanded.values[keep] / scale
-    mean, variance = gp.mean(inputs), gp.variance(inputs)
-    return Band(commanded.t[keep], mean * scale[3:], 2.0 * np.sqrt(variance) * scale[3:])
+    t, inputs = (wrench.t, wrench.values / scale) if data is None else (data.t, data.inputs)
+    keep = thinned(t, rate)
+    mean, variance = gp.mean(inputs[keep]), gp.variance(inputs[keep])
+    return Band(t[keep], mean * scale[3:], 2.0 * np.sqrt(variance) * scale[3:])
 
 
 def at(samples: Samples, t: Array) -> Array:
