@@ -29,6 +29,7 @@ from infotraj.rotations import Array, to_body
 from infotraj.trajectories.reference import Reference
 
 COLUMNS = ("task", "prior", "candidate", "seed", "cost", "error", "chosen", "error_before")
+LEAST_SPREAD = 1e-3  # share of the weight; less is below the resolution of a logged voltage
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,8 @@ class Scale:
     def of(cls, prior: LateralForce) -> Scale:
         """The scale that the prior flight gives."""
         weight = float(prior.thrust.mean())
-        return cls(float(np.sqrt(np.mean(prior.velocity**2))), weight, float(prior.thrust.std() / weight))
+        spread = max(float(prior.thrust.std()) / weight, LEAST_SPREAD)
+        return cls(float(np.sqrt(np.mean(prior.velocity**2))), weight, spread)
 
     def recorded(self, flown: LateralForce) -> Array:
         """Inputs (n, 4) of a recorded flight."""
@@ -138,14 +140,16 @@ def _from_prior(
         rng = _generator(seed, prior, name)
         rows = _medoids(inputs[name], settings.added_points, settings, rng)
         points[name] = inputs[name][rows]
-        models[name] = _optimised(start.condition(points[name], measured[name].force[rows]), settings, rng)
+        models[name] = _relearned(start, points[name], measured[name].force[rows], settings, rng)
     parts = []
     for task in tasks:
         visited = _visited(pool, inputs, task, scale, settings)
         rng = _generator(seed, prior, task, "region")
         variance = RegionVariance(start, _region(visited, epsilon, settings, rng))
         candidates = [name for name in points if name != task]
-        part = pd.DataFrame({"candidate": candidates, "cost": [variance.sum_after(points[c]) for c in candidates]})
+        part = pd.DataFrame(
+            {"candidate": candidates, "cost": [variance.sum_after(points[c]).sum() for c in candidates]}
+        )
         truth = measured[task].force
         part["error"] = [rms(models[c].mean(inputs[task]) - truth) for c in candidates]
         part["chosen"] = (np.arange(len(part)) == part["cost"].argmin()).astype(int)
@@ -183,11 +187,27 @@ def _medoids(inputs: Array, count: int, settings: Settings, rng: np.random.Gener
 
 def _start(inputs: Array, force: Array, settings: Settings, rng: np.random.Generator) -> GaussianProcess:
     rows = _medoids(inputs, settings.prior_points, settings, rng)
-    return hyperparameters.fit(inputs[rows], force[rows], rng, restarts=settings.restarts, ard=settings.ard)
+    return _fit(inputs[rows], force[rows], settings, rng)
 
 
-def _optimised(model: GaussianProcess, settings: Settings, rng: np.random.Generator) -> GaussianProcess:
-    return hyperparameters.fit(model.X, model.Y, rng, restarts=settings.restarts, ard=settings.ard)
+def _relearned(
+    start: GaussianProcess, points: Array, force: Array, settings: Settings, rng: np.random.Generator
+) -> GaussianProcess:
+    """Prior and candidate together, hyperparameters optimised again."""
+    return _fit(np.concatenate([start.X, points]), np.concatenate([start.Y, force]), settings, rng)
+
+
+def _fit(X: Array, Y: Array, settings: Settings, rng: np.random.Generator) -> GaussianProcess:
+    # Each flight's mean is removed and the inputs are scaled already: scales of a subset would only add its chance.
+    return hyperparameters.fit(
+        X,
+        Y,
+        rng,
+        restarts=settings.restarts,
+        ard=settings.ard,
+        input_scale=np.ones(X.shape[1]),
+        prior_mean=np.zeros(Y.shape[1]),
+    )
 
 
 def _generator(seed: int, *names: str) -> np.random.Generator:
