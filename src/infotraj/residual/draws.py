@@ -4,7 +4,7 @@ The paper's g' can be read in two ways. `PosteriorDraws` are consistent function
 value, neighbours agree. `MarginalDraws` draw every value anew from its own marginal: white noise along a flight.
 
 Source of the first: J. T. Wilson et al., "Efficiently sampling functions from Gaussian process posteriors" (ICML 2020):
-a prior draw from random Fourier features (Rahimi and Recht, NIPS 2007) plus the exact kernel's update (Matheron's rule).
+a prior draw from random Fourier features (Rahimi and Recht, NIPS 2007) plus the exact kernel's update (Matheron).
 Each draw has its own frequencies, so that moments over many draws are exact whatever the number of features; a single
 draw is a sum of few waves and deviates from a Gaussian process. Inside a region that is known beforehand a Nystrom
 basis of the posterior is more accurate at the same cost; not built, because a rollout may leave the region.

@@ -1,13 +1,16 @@
-"""Gaussian process regression with independent outputs and a squared exponential kernel with a lengthscale a dimension.
+"""Gaussian process regression: independent outputs, squared exponential kernel with a lengthscale for each input.
 
-Source: C. E. Rasmussen and C. K. I. Williams, "Gaussian Processes for Machine Learning" (2006), Alg. 2.1. It models g of
-f = h + g (eq. 3); its mean is mu of eq. 19, its variance sigma of eq. 13.
+Source: C. E. Rasmussen and C. K. I. Williams, "Gaussian Processes for Machine Learning" (2006), Alg. 2.1. It models g
+of f = h + g (eq. 3); its mean is mu of eq. 19, its variance sigma of eq. 13.
 """
 
 from __future__ import annotations
 
+import io
 import os
+import struct
 import zipfile
+import zlib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -20,6 +23,19 @@ from scipy.spatial.distance import cdist
 from infotraj.errors import InputError, problem
 from infotraj.rotations import Array
 
+# what numpy and zipfile raise on a damaged archive
+_UNREADABLE = (
+    OSError,
+    EOFError,
+    ValueError,
+    AttributeError,
+    TypeError,
+    KeyError,
+    RuntimeError,
+    struct.error,
+    zlib.error,
+    zipfile.BadZipFile,
+)
 _STORED = ("X", "Y", "lengthscales", "signal_variance", "noise_variance", "prior_mean")
 
 
@@ -224,11 +240,12 @@ class GaussianProcess:
         """Read what `save` wrote. InputError where the file is missing, broken or holds something else."""
         expected, remedy = f"a .npz model with the arrays {', '.join(_STORED)}", "Fit and save the model again."
         try:
-            with np.load(path, allow_pickle=False) as stored:
+            # from memory: numpy leaves the file open where it is not a zip
+            with np.load(io.BytesIO(Path(path).read_bytes()), allow_pickle=False) as stored:
                 if missing := [name for name in _STORED if name not in stored]:
                     raise InputError(problem(f"{path}: no {', '.join(missing)}", expected, remedy))
                 arrays = {name: stored[name] for name in _STORED}
-        except (OSError, EOFError, ValueError, AttributeError, TypeError, zipfile.BadZipFile) as error:
+        except _UNREADABLE as error:
             raise InputError(
                 problem(f"{path}: cannot be read ({type(error).__name__}: {error})", expected, remedy)
             ) from None

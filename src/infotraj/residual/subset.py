@@ -1,4 +1,4 @@
-"""Training points out of a flight's many rows: k-medoids on the inputs with squared Euclidean distance, as the paper does.
+"""Training points out of a flight's many rows: k-medoids on the inputs with squared Euclidean distance, as the paper.
 
 Source: E. Schubert and P. J. Rousseeuw, "Fast and eager k-medoids clustering" (Information Systems 101, 2021), the
 `kmedoids` package; started from the points nearest to k-means centres, which lie close to the medoids of this distance.
