@@ -59,6 +59,11 @@ class Learning(_Strict):
     )
     ard: bool = Field(True, description="one lengthscale an input, else one for all")
     lengthscale_prior: bool = Field(True, description="log-normal prior on lengthscales: 20 points do not fix six")
+    input_scale: tuple[Positive, Positive, Positive, Positive, Positive, Positive] | None = Field(
+        (5.0, 5.0, 5.0, 3.0, 3.0, 3.0),
+        description="spread that the prior expects of the inputs, m/s^2 and rad/s^2 (half the weight; what attitude "
+        "control asks for); null: the spread of the data, which misjudges an input that the flight hardly moved",
+    )
     restarts: Annotated[int, Field(ge=0)] = Field(2, description="further starts of the hyperparameter search")
 
 

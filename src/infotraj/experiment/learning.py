@@ -29,6 +29,13 @@ def learn(
     inputs, outputs = data.inputs[chosen], data.outputs[chosen]
     if prior is not None:
         inputs, outputs = np.concatenate([prior.X, inputs]), np.concatenate([prior.Y, outputs])
-    return hyperparameters.fit(
-        inputs, outputs, rng, restarts=learning.restarts, ard=learning.ard, prior=learning.lengthscale_prior
-    )
+    return hyperparameters.fit(inputs, outputs, rng, restarts=learning.restarts, **options(learning))
+
+
+def options(learning: Learning) -> dict[str, object]:
+    """What `hyperparameters.fit` and `hyperparameters.sample_hyperparameters` need to be told alike."""
+    return {
+        "ard": learning.ard,
+        "prior": hyperparameters.DEFAULT_PRIOR if learning.lengthscale_prior else None,
+        "input_scale": learning.input_scale,
+    }

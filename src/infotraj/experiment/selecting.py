@@ -9,6 +9,7 @@ import pandas as pd
 
 from infotraj.dynamics.allocation import Allocation
 from infotraj.experiment.config import Deviations, ExperimentConfig, Selection
+from infotraj.experiment.learning import options
 from infotraj.informative import region
 from infotraj.informative.cost import Scorer
 from infotraj.informative.simulation import EstimateNoise, Simulator
@@ -85,7 +86,11 @@ def score(
     models = (
         (prior,)
         if settings.hyperparameter_samples == 1
-        else tuple(hyperparameters.sample_hyperparameters(prior, rng, settings.hyperparameter_samples))
+        else tuple(
+            hyperparameters.sample_hyperparameters(
+                prior, rng, settings.hyperparameter_samples, **options(config.learning)
+            )
+        )
     )
     costs = Scorer(models, points_of_region, points, threads).costs(commands[:, : settings.draws], rng)
     return Scored(references, commands, costs, points_of_region, radius)
