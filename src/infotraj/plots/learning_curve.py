@@ -14,7 +14,7 @@ from infotraj.plots import style
 COLUMNS = ("plant", "seed", "source", "points", "error", "error_std")
 PAPER_GAIN = 13.3  # %, Sec. V-B
 ORDER = ("prior", "task", "informative")
-APART = 0.26  # of the distance between two data sizes
+APART = 0.36  # of the distance between two data sizes
 
 
 def figure_4(table: pd.DataFrame, pdf: str | Path, png: str | Path) -> None:
@@ -54,7 +54,7 @@ def draw_figure_4(table: pd.DataFrame) -> Figure:
     entries = {}
     for axes in rows.flat:
         entries |= dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
-    figure.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=3)
+    figure.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=3 if len(plants) > 1 else 2)
     return figure
 
 
@@ -74,9 +74,7 @@ def _add_sources(axes: Axes, part: pd.DataFrame, value: str, sizes: list[int]) -
         if len(values):
             there = [s for s in ORDER if ((part["source"] == s) & (part["points"] == points)).any()]
             x = sizes.index(points) + APART * (there.index(source) - 0.5 * (len(there) - 1))
-            style.add_runs(
-                axes, x, values, bootstrap_mean(values), style.COLORS[source], style.MARKERS[source], 0.7 * APART
-            )
+            style.add_runs(axes, x, values, bootstrap_mean(values), style.COLORS[source], style.MARKERS[source], APART)
     for source in ORDER:
         if (part["source"] == source).any():
             color, marker = style.COLORS[source], style.MARKERS[source]
@@ -89,7 +87,7 @@ def _add_gain(axes: Axes, part: pd.DataFrame, sizes: list[int]) -> None:
     gains = paired_gains(part)
     for points, rows in gains.groupby("points"):
         values = rows["gain"].to_numpy()
-        style.add_runs(axes, sizes.index(points), values, bootstrap_mean(values), style.GREEN, "D", 1.4 * APART)
+        style.add_runs(axes, sizes.index(points), values, bootstrap_mean(values), style.GREEN, "D", 1.2 * APART)
     if len(gains):
         axes.plot([], [], "D", color=style.GREEN, markersize=4.5, label="gain, same seed")
         average = bootstrap_mean(gains.groupby("seed")["gain"].mean().to_numpy())

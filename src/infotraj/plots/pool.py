@@ -96,9 +96,14 @@ def _add_summary(figure: Figure, summary: pd.DataFrame, paired: pd.DataFrame) ->
         values = summary[f"below_{row.against}"].to_numpy()
         right.plot(x + style.sideways(len(values), 0.35), values, ".", color=color, alpha=0.5, mew=0)
         around = [[row.difference - row.low], [row.high - row.difference]]
-        right.errorbar(x, row.difference, yerr=around, color=color, marker=marker, markersize=5, mec="white", zorder=3)
-        text = f"{row.difference:+.3f}\n[{row.low:+.3f}, {row.high:+.3f}]\nbetter in {row.tasks_better} of {row.tasks}"
-        right.annotate(text, (x, 1.0), xycoords=("data", "axes fraction"), ha="center", va="bottom", fontsize=7)
-    right.set_xticks(range(len(paired)), [f"minus {a}" for a in paired["against"]])
+        right.errorbar(
+            x, row.difference, yerr=around, color=color, marker=marker, markersize=5, mec="white", mew=0.4, zorder=3
+        )
+    right.set_xticks(range(len(paired)), [_said(row) for row in paired.itertuples()], fontsize=7.5, linespacing=1.0)
     right.set_xlim(-0.6, len(paired) - 0.4)
-    right.set_ylabel("chosen's error minus [m/s$^2$]")
+    right.set_ylabel("difference in error [m/s$^2$]")
+
+
+def _said(row: tuple) -> str:
+    interval = f"{row.difference:.3f} [{row.low:.3f}, {row.high:.3f}]"
+    return f"chosen minus {row.against}\n{interval}\nlower in {row.tasks_better} of {row.tasks} tasks"

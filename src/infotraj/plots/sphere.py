@@ -47,7 +47,8 @@ def draw_figure_3(reference: ArrayLike, informative: ArrayLike, task: ArrayLike)
     for name, (curve, color, dashes, width) in curves.items():
         globe.plot(*curve.T, dashes, color=color, lw=width, label=name, zorder=3)
         flat.plot(*np.degrees(unrolled(curve, center)).T, dashes, color=color, lw=width)
-    flat.set_aspect("equal", adjustable="datalim")
+    flat.set_aspect("equal")
+    flat.margins(0.08)
     flat.set_xlabel("east of the mean [deg]")
     flat.set_ylabel("north of the mean [deg]")
     figure.legend(*globe.get_legend_handles_labels(), loc="outside lower center", ncols=3)
@@ -70,11 +71,13 @@ def unrolled(points: Array, center: Array) -> Array:
 def _add_globe(axes: Axes, center: Array) -> None:
     around, down = np.linspace(0, 2 * np.pi, 37), np.linspace(0, np.pi, 19)
     x, y, z = np.outer(np.cos(around), np.sin(down)), np.outer(np.sin(around), np.sin(down)), np.cos(down)
-    axes.plot_surface(x, y, np.tile(z, (len(around), 1)), color="#F4F6F8", edgecolor="#DDE1E6", lw=0.25, zorder=1)
+    axes.plot_surface(
+        x, y, np.tile(z, (len(around), 1)), color="#F4F6F8", edgecolor="#D5DAE0", lw=0.3, shade=False, zorder=1
+    )
     elevation = np.degrees(np.arcsin(center[2]))
     axes.view_init(elev=elevation, azim=np.degrees(np.arctan2(center[1], center[0])) - 12)
     axes.set(xlabel="x [-]", ylabel="y [-]", zlabel="z [-]")
-    axes.set_box_aspect((1, 1, 1), zoom=0.92)
+    axes.set_box_aspect((1, 1, 1), zoom=1.1)
     ticks = [-1, -0.5, 0, 0.5, 1]
     axes.set(xticks=ticks, yticks=ticks, zticks=ticks)
     axes.tick_params(labelsize=7, pad=-2)

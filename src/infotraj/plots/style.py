@@ -104,18 +104,10 @@ def sideways(count: int, width: float) -> Array:
 
 
 def add_runs(axes: Axes, x: float, values: Array, interval: Interval, color: str, marker: str, width: float) -> None:
-    """Every run as a small point, and their mean with its 95 % interval, around x."""
-    axes.plot(x + sideways(len(values), width), values, ".", color=color, alpha=0.35, markersize=3.5, mew=0, zorder=2)
+    """Every run as a small point left of x, and their mean with its 95 % interval right of it."""
+    left, right = x - 0.25 * width, x + 0.4 * width
+    offsets = sideways(len(values), 0.6 * width)
+    axes.plot(left + offsets, values, ".", color=color, alpha=0.5, markersize=3.5, mew=0, zorder=2)
     around = [[interval.mean - interval.low], [interval.high - interval.mean]]
-    axes.errorbar(
-        x,
-        interval.mean,
-        yerr=around,
-        color=color,
-        marker=marker,
-        markersize=4.5,
-        mec="white",
-        mew=0.5,
-        lw=1.2,
-        zorder=4,
-    )
+    look = {"color": color, "marker": marker, "markersize": 3.8, "mec": "white", "mew": 0.4}
+    axes.errorbar(right, interval.mean, yerr=around, lw=1.0, zorder=4, **look)

@@ -50,7 +50,7 @@ def draw_table_1(table: pd.DataFrame) -> Figure:
     """The table as a figure; argument as in `table_1`."""
     header, rows = _cells(summarised(table))
     title = "Reduction of the angular acceleration error against no learning [%]; 95 % intervals over seeds"
-    return typeset.draw(header, rows, [1.95, 0.85, *[1.45] * len(AXES)], title=title)
+    return typeset.draw(header, rows, [2.3, 0.85, *[1.25] * len(AXES)], title=title)
 
 
 def summarised(table: pd.DataFrame) -> pd.DataFrame:
@@ -81,20 +81,19 @@ def _paper(source: str, axis: str) -> float:
 
 
 def _cells(summary: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
-    header = ["trajectory", "plant", *(f"{a}-axis" for a in AXES)]
+    header = ["trajectory", "plant", *(f"{a}-axis [%]" for a in AXES)]
     rows = []
     for source in dict.fromkeys(summary["source"]):
         part = summary[summary["source"] == source]
-        unit = "points" if source == "difference" else "%"
-        rows.append([NAMES[source], "the paper", *(f"{_paper(source, a):g} {unit}" for a in AXES)])
+        rows.append([NAMES[source], "the paper", *(f"{_paper(source, a):.1f}" for a in AXES)])
         for plant in dict.fromkeys(part["plant"]):
             cells = part[part["plant"] == plant].set_index("axis")
-            rows.append(["", str(plant), *(_ours(cells, a, unit) for a in AXES)])
+            rows.append(["", str(plant), *(_ours(cells, a) for a in AXES)])
     return header, rows
 
 
-def _ours(cells: pd.DataFrame, axis: str, unit: str) -> str:
+def _ours(cells: pd.DataFrame, axis: str) -> str:
     if axis not in cells.index:
         return "-"
     row = Interval(*cells.loc[axis, ["mean", "low", "high", "runs"]])
-    return f"{row.mean:.1f} {unit} [{row.low:.1f}, {row.high:.1f}]"
+    return f"{row.mean:.1f} [{row.low:.1f}, {row.high:.1f}]"

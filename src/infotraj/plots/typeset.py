@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 
 from infotraj.plots import style
 
-LINE = 0.165  # inches of one line of text
-PADDING = 0.07  # inches above and below a row
+LINE = 0.155  # inches of one line of text
+PADDING = 0.035  # inches above and below a row
 
 
 def markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -52,14 +52,24 @@ def draw(
     axes.text(0.0, -0.12, title, va="center", fontsize=9)
     y = 0.0
     for number, (cells, height) in enumerate(zip(wrapped, heights, strict=True)):
-        if number < 2:
-            axes.plot([0, total], [y, y], color=style.INK, lw=1.0 if number == 0 else 0.6)
+        if number < 2 or cells[0].strip():
+            axes.plot([0, total], [y, y], color=style.INK, lw=(1.0, 0.6)[number] if number < 2 else 0.2)
         x = 0.0
         for column, (cell, width) in enumerate(zip(cells, widths, strict=True)):
             color = (colors or {}).get((number - 1, column), style.INK)
             at, align = (x + 0.04, "left") if column == 0 else (x + 0.5 * width, "center")
             weight = "bold" if number == 0 else "normal"
-            axes.text(at, y + 0.5 * height, cell, ha=align, va="center", color=color, weight=weight, fontsize=8.5)
+            axes.text(
+                at,
+                y + 0.5 * height,
+                cell,
+                ha=align,
+                va="center",
+                color=color,
+                weight=weight,
+                fontsize=8.5,
+                linespacing=0.85,
+            )
             x += width
         y += height
     axes.plot([0, total], [y, y], color=style.INK, lw=1.0)
@@ -67,4 +77,4 @@ def draw(
 
 
 def _wrap(cell: str, width: float) -> str:
-    return "\n".join(textwrap.wrap(cell, max(4, int(width * 16)))) or " "
+    return "\n".join(textwrap.wrap(cell, max(4, int(width * 18)))) or " "
