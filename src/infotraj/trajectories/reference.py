@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy.interpolate import make_interp_spline
 
 from infotraj import rotations
 from infotraj.errors import InputError, problem
@@ -60,6 +61,27 @@ class Reference:
         os.replace(part, path)
 
 
+def from_poses(t: Array, position: Array, attitude: Array) -> Reference:
+    """The reference that passes through the given poses: derivatives from quintic splines through them.
+
+    t (n,) s, uniform, n >= 6; position (n, 3) m, world; attitude (n, 4), body to world. For a unit quaternion
+    q' = q w / 2, hence w = 2 vec(q* q') and dw/dt = 2 vec(q* q'') (Sola 2017, eq. 199).
+    """
+    path = make_interp_spline(t, position, k=5)
+    turn = make_interp_spline(t, rotations.continuous(rotations.normalize(attitude)), k=5)
+    attitude = rotations.normalize(turn(t))
+    back = rotations.conjugate(attitude)
+    return Reference(
+        t=t,
+        position=path(t),
+        attitude=attitude,
+        velocity=path(t, 1),
+        rate=2.0 * rotations.multiply(back, turn(t, 1))[:, 1:],
+        acceleration=path(t, 2),
+        angular_acceleration=2.0 * rotations.multiply(back, turn(t, 2))[:, 1:],
+    )
+
+
 def read_reference(path: str | Path) -> Reference:
     """Reads a reference file (CSV). InputError, one line, where it is not one."""
     try:
@@ -69,6 +91,7 @@ def read_reference(path: str | Path) -> Reference:
     missing = [c for c in ("t", *sum(COLUMNS.values(), ())) if c not in table]
     if missing:
         raise InputError(problem(f"{path}: no columns {', '.join(missing[:4])}", "a reference CSV", "Add them."))
+    table = table.apply(pd.to_numeric, errors="coerce")
     values = {name: table[list(labels)].to_numpy(dtype=float) for name, labels in COLUMNS.items()}
     t = table["t"].to_numpy(dtype=float)
     if not (np.isfinite(t).all() and all(np.isfinite(v).all() for v in values.values())):

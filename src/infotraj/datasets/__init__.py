@@ -1,0 +1,1 @@
+"""Public data sets: where they lie on this machine, and how their files become flight tables."""

@@ -1,0 +1,60 @@
+"""Actuators of the first-principles model: what rotor speeds and tilts do to the body."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from infotraj.rotations import Array
+from infotraj.vehicle import Vehicle
+
+
+def turned_about(axis: ArrayLike, angle: ArrayLike, vector: ArrayLike) -> Array:
+    """`vector` (3,) turned by `angle` (...) rad about the unit `axis` (3,), right-handed: (..., 3), Rodrigues."""
+    axis, vector = np.asarray(axis, dtype=float), np.asarray(vector, dtype=float)
+    angle = np.asarray(angle, dtype=float)[..., None]
+    along = np.dot(axis, vector) * axis
+    return along + np.cos(angle) * (vector - along) + np.sin(angle) * np.cross(axis, vector)
+
+
+def rotor_frames(vehicle: Vehicle, tilt: ArrayLike) -> tuple[Array, Array]:
+    """Rotor positions (m) and thrust axes, each (..., rotors, 3), body frame, for tilts (..., tilts) in rad."""
+    tilt = np.asarray(tilt, dtype=float)
+    positions, axes = [], []
+    for rotor in vehicle.rotors:
+        if rotor.tilt is None:
+            shape = (*tilt.shape[:-1], 3)
+            positions.append(np.broadcast_to(rotor.position, shape))
+            axes.append(np.broadcast_to(rotor.axis, shape))
+        else:
+            about, angle = vehicle.tilts[rotor.tilt].axis, tilt[..., rotor.tilt]
+            positions.append(turned_about(about, angle, rotor.position))
+            axes.append(turned_about(about, angle, rotor.axis))
+    return np.stack(positions, axis=-2), np.stack(axes, axis=-2)
+
+
+def thrusts(vehicle: Vehicle, rotor_input: ArrayLike) -> Array:
+    """Thrust (N) of each rotor, (..., rotors), from its speed (rad/s) or throttle (0..1), as the vehicle says."""
+    rotor_input = np.asarray(rotor_input, dtype=float)
+    result = np.empty_like(rotor_input)
+    for i, rotor in enumerate(vehicle.rotors):
+        x = rotor_input[..., i]
+        if rotor.input == "speed":
+            result[..., i] = rotor.thrust_coefficient * x * x
+        else:
+            c0, c1, c2 = rotor.thrust_polynomial
+            result[..., i] = c0 + (c1 + c2 * x) * x
+    return result
+
+
+def body_wrench(vehicle: Vehicle, rotor_input: ArrayLike, tilt: ArrayLike) -> Array:
+    """Force (N) and torque (N m) about the body's origin, body frame, (..., 6), in steady state.
+
+    Each rotor pushes with its thrust T along its axis d at its position p, and turns the body by its reaction
+    torque -spin x moment_constant x T d.
+    """
+    positions, axes = rotor_frames(vehicle, tilt)
+    spin = np.array([r.spin * r.moment_constant for r in vehicle.rotors])
+    force = thrusts(vehicle, rotor_input)[..., None] * axes
+    torque = np.cross(positions, force) - spin[:, None] * force
+    return np.concatenate([force.sum(axis=-2), torque.sum(axis=-2)], axis=-1)

@@ -1,0 +1,1 @@
+"""What is measured on a flight or over many: errors, intervals, claims."""

@@ -1,0 +1,1 @@
+"""The simulated omav: MuJoCo for the bodies, and the hidden effects that its truth file states."""
