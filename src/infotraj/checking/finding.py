@@ -10,6 +10,7 @@ Severity = Literal["note", "warning", "cut", "reject"]
 Outcome = Literal["passed", "warning", "cut", "rejected"]
 SEVERITIES: tuple[Severity, ...] = ("note", "warning", "cut", "reject")
 Span = tuple[float, float]
+SHORTEST_PIECE = 1.0
 
 
 @dataclass(frozen=True)
@@ -20,7 +21,8 @@ class Finding:
     the times it holds for, (start, stop) in s, empty for the whole log; `sure` is the probability, 0 to 1, that it is
     so; `effect` is what it does to an answer; `remedy` is what to do. `severity`: a note leaves the log as it is, a
     warning asks for a decision, a cut makes the rows in `spans` unusable, a reject makes the whole log unusable.
-    `channels` names the columns concerned, `values` holds the numbers behind the sentence.
+    `channels` names the columns concerned, `values` holds the numbers behind the sentence. `drop`: the rows in `spans` are
+    not to be used (always so for a cut; a note may drop a few rows and leave the log as good as it was).
     """
 
     code: str
@@ -32,6 +34,7 @@ class Finding:
     spans: tuple[Span, ...] = ()
     channels: tuple[str, ...] = ()
     values: dict[str, Any] = field(default_factory=dict)
+    drop: bool = False
 
     def as_dict(self) -> dict[str, Any]:
         """The finding as JSON holds it; numbers that are not finite become null."""
@@ -39,6 +42,7 @@ class Finding:
             "code": self.code,
             "severity": self.severity,
             "what": self.what,
+            "drops_rows": self.drop or self.severity == "cut",
             "where": [[round(a, 4), round(b, 4)] for a, b in self.spans],
             "channels": list(self.channels),
             "sure": round(self.sure, 4),
@@ -62,10 +66,10 @@ def ordered(findings: list[Finding]) -> list[Finding]:
 
 
 def usable_spans(start: float, stop: float, findings: list[Finding]) -> list[Span]:
-    """What the cuts leave of start..stop (s); empty where a finding rejects the log."""
+    """What the cuts leave of start..stop (s), pieces of SHORTEST_PIECE at least; none where a finding rejects the log."""
     if any(f.severity == "reject" for f in findings):
         return []
-    cuts = sorted(span for f in findings if f.severity == "cut" for span in f.spans)
+    cuts = sorted(span for f in findings if f.drop or f.severity == "cut" for span in f.spans)
     left, at = [], start
     for a, b in cuts:
         if a > at:
@@ -73,7 +77,7 @@ def usable_spans(start: float, stop: float, findings: list[Finding]) -> list[Spa
         at = max(at, b)
     if at < stop:
         left.append((at, stop))
-    return left
+    return [(a, b) for a, b in left if b - a >= SHORTEST_PIECE]
 
 
 def spans_text(spans: tuple[Span, ...], limit: int = 4) -> str:

@@ -41,7 +41,7 @@ class Moments:
     products with C predictions, `square` (B, C, 3) squares of the predictions, `count` (B,) samples, `labels` (B,) the
     blocks, `floor` (3,) the least noise variance, `own_sum` (B, L, 3) and `sum` (B, C, 3) plain sums. A constant residual of
     at most `allowance` on each axis (a bias, a mounting angle) is no evidence for or against any reading. The samples
-    themselves (`channel` (L, n, 3), `predictions` (C, n, 3), `block` (n,)) stay at hand for single pairs of readings."""
+    themselves (`channel` (L, n, 3), `predictions` (C, n, 3), `block` (n,), `centres` (n,) s) stay at hand for single pairs of readings."""
 
     own: Array
     cross: Array
@@ -55,6 +55,7 @@ class Moments:
     channel: Array
     predictions: Array
     block: Array
+    centres: Array
 
     @property
     def independent(self) -> float:
@@ -97,15 +98,15 @@ class Moments:
 
 
 def moments(
-    channel: Array, predictions: Array, block: Array, allowance: float, floor_share: float = 0.02
+    channel: Array, predictions: Array, centres: Array, block: Array, allowance: float, floor_share: float = 0.02
 ) -> Moments | None:
-    """Moments of a channel (L, n, 3) and its predictions (C, n, 3) over blocks `block` (n,); None under 5 blocks.
+    """Moments of a channel (L, n, 3) and its predictions (C, n, 3) at `centres` (n,) in blocks `block` (n,); None under 5 blocks.
 
     The floor keeps noise-free data from giving unbounded evidence: residuals below `floor_share` of the channel's root
     mean square are as good as zero.
     """
     good = np.isfinite(channel).all(axis=(0, 2)) & np.isfinite(predictions).all(axis=(0, 2))
-    channel, predictions, block = channel[:, good], predictions[:, good], block[good]
+    channel, predictions, block, centres = channel[:, good], predictions[:, good], block[good], centres[good]
     labels, index, count = np.unique(block, return_inverse=True, return_counts=True)
     if len(labels) < 5:
         return None
@@ -127,7 +128,7 @@ def moments(
         total[b] = right[rows].sum(axis=0).reshape(candidates, 3)
     level = own[:, shifts // 2].sum() / (3 * count.sum())
     floor = np.full(3, floor_share**2 * level + 1e-300)
-    return Moments(own, cross, square, count, floor, labels, own_sum, total, allowance, channel, predictions, index)
+    return Moments(own, cross, square, count, floor, labels, own_sum, total, allowance, channel, predictions, index, centres)
 
 
 def sure_of_difference(products: Array, squares: Array, rest: Array, tried: int) -> float:

@@ -222,7 +222,7 @@ def _rate(ch: Channels, poses: tuple[Pose, ...], attitudes: dict[int, tuple[Arra
     keys = [(k, turn) for k in attitudes for turn in TURNS]
     predictions = np.stack([_turned(attitudes[k][1], attitudes[k][0], turn) for k, turn in keys])
     index = np.array([[keys.index((p.attitude, turn)) for turn in TURNS] for p in poses])
-    m = moments(shifted(ch.rate, ch.centres, ch.width, SHIFTS), predictions, ch.block, GYRO_BIAS)
+    m = moments(shifted(ch.rate, ch.centres, ch.width, SHIFTS), predictions, ch.centres, ch.block, GYRO_BIAS)
     return _identity("rate", m, SHIFTS, RATE_UNITS, tuple((t, False) for t in TURNS), index)
 
 
@@ -237,7 +237,7 @@ def _velocity(ch: Channels, poses: tuple[Pose, ...], attitudes: dict[int, tuple[
         v = moved @ WORLD_AXES[axes].T / unit
         rows.append(_turned(attitudes[k][1], v, turn) if turn else v)
     index = np.array([[keys.index((p.attitude, p.axes, p.unit, turn)) for turn in turns] for p in poses])
-    m = moments(shifted(ch.velocity, ch.centres, ch.width, FEW_SHIFTS), np.stack(rows), ch.block, 0.0)
+    m = moments(shifted(ch.velocity, ch.centres, ch.width, FEW_SHIFTS), np.stack(rows), ch.centres, ch.block, 0.0)
     return _identity("velocity", m, FEW_SHIFTS, LENGTH_UNITS, tuple((t, False) for t in turns), index)
 
 
@@ -259,7 +259,7 @@ def _force(
     place = {key: k for k, key in enumerate(keys)}
     index = np.array([[place[p, v] for v in variants] for p in poses])
     data = shifted(ch.force, ch.centres, np.sqrt(2) * ch.width, FEW_SHIFTS)
-    m = moments(data, np.stack(rows), ch.block, FORCE_BIAS)
+    m = moments(data, np.stack(rows), ch.centres, ch.block, FORCE_BIAS)
     return _identity("force", m, FEW_SHIFTS, FORCE_UNITS, variants, index)
 
 
