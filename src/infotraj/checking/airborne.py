@@ -106,7 +106,8 @@ def _motors_on(flight: Flight) -> tuple[Array, str] | None:
 
 
 def _on(t: Array, level: Array) -> Array:
-    # the flying level from the median of the upper half of the range: spikes and a long stay on the ground do not move it
+    # the flying level from the median of the upper half of the range: spikes and a long stay on the ground do not move
+    # it
     top = np.percentile(level, 95)
     if top <= 0:
         return np.zeros(len(level), dtype=bool)

@@ -121,7 +121,7 @@ def offset_findings(
             Finding(
                 f"{code}_varies",
                 "warning" if tolerated < least else "note",
-                f"the lag of {what} behind {behind} varies between {1000 * min(lags):.0f} and {1000 * max(lags):.0f} ms",
+                f"the lag of {what} behind {behind} varies: {1000 * min(lags):.0f} to {1000 * max(lags):.0f} ms",
                 "no single shift puts the streams on one clock",
                 "take the quantity from one stream only (derive rates from the attitude)",
                 sure=1 - known.varies,

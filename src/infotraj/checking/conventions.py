@@ -1,8 +1,9 @@
 """Findings about units, frames and orders: the declared reading against the best of all readings.
 
-A convention error is reported only where (1) another reading explains the log at least half as well again (product over axes and
-identities of the residual variances), (2) a J test with standard errors over 1 s blocks is sure of it, with Bonferroni's correction for
-the number of readings, and (3) the other reading explains the log in absolute terms. Otherwise check abstains.
+A convention error is reported only where (1) another reading explains the log at least half as well again (product
+over axes and identities of the residual variances), (2) a J test with standard errors over 1 s blocks is sure of it,
+with Bonferroni's correction for the number of readings, and (3) the other reading explains the log in absolute terms.
+Otherwise check abstains.
 """
 
 from __future__ import annotations

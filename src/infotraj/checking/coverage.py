@@ -56,14 +56,17 @@ def excitation_findings(covered: dict[str, dict[str, Any]]) -> list[Finding]:
         "height_range": _range(covered.get("pz")),
         **{f"rate_{a}": covered.get(f"w{a}", {}).get("rms") for a in "xyz"},
     }
-    weak = [(n, have[n], limit, unit, what) for n, limit, unit, what in LIMITS if have[n] is not None and have[n] < limit]
+    weak = [
+        (n, have[n], limit, unit, what) for n, limit, unit, what in LIMITS if have[n] is not None and have[n] < limit
+    ]
     if not weak:
         return []
     return [
         Finding(
             "not_excited",
             "note",
-            "hardly excited: " + "; ".join(f"{n} {value:.2g} {unit} (under {limit:g})" for n, value, limit, unit, _ in weak),
+            "hardly excited: "
+            + "; ".join(f"{n} {value:.2g} {unit} (under {limit:g})" for n, value, limit, unit, _ in weak),
             "these flights teach little about " + ", ".join(dict.fromkeys(w[-1] for w in weak)),
             "fly faster, tilt more or turn more where these matter",
             values={n: value for n, value, *_ in weak},

@@ -42,8 +42,8 @@ def contradictions(table: Table, verdict: Verdict, start: float) -> list[Finding
             Finding(
                 "contradiction",
                 "cut" if share > SMALL_SHARE else "warning",
-                f"{what} contradict each other ({spans_text(spans)}): {rms[bad].max() / max(np.median(rms), 1e-9):.0f} times "
-                "the usual difference",
+                f"{what} contradict each other ({spans_text(spans)}): "
+                f"{rms[bad].max() / max(np.median(rms), 1e-9):.0f} times the usual difference",
                 "an estimator diverged or a sensor failed: the state there is not the vehicle's",
                 "use the rest of the flight",
                 sure=0.99,
@@ -98,7 +98,8 @@ def reference_not_followed(flight: Flight, airborne: Array) -> list[Finding]:
         Finding(
             "reference_not_followed",
             "warning",
-            f"the vehicle is {middle:.2g} m from its reference in half of the flight (the reference extends over {extent:.2g} m)",
+            f"the vehicle is {middle:.2g} m from its reference in half of the flight "
+            f"(the reference extends over {extent:.2g} m)",
             "the flight is not the one that was asked for: a failed flight, or a reference in another frame",
             "look at the flight before using it",
             values={"median_error": middle, "reference_extent": extent},

@@ -17,12 +17,12 @@ SHORTEST_PIECE = 1.0
 class Finding:
     """What was found in one log.
 
-    `code` names the kind of finding (docs/check.md lists them all); `what` is one sentence with the numbers; `spans` are
-    the times it holds for, (start, stop) in s, empty for the whole log; `sure` is the probability, 0 to 1, that it is
-    so; `effect` is what it does to an answer; `remedy` is what to do. `severity`: a note leaves the log as it is, a
+    `code` names the kind of finding (docs/check.md lists them all); `what` is one sentence with the numbers; `spans`
+    are the times it holds for, (start, stop) in s, empty for the whole log; `sure` is the probability, 0 to 1, that it
+    is so; `effect` is what it does to an answer; `remedy` is what to do. `severity`: a note leaves the log as it is, a
     warning asks for a decision, a cut makes the rows in `spans` unusable, a reject makes the whole log unusable.
-    `channels` names the columns concerned, `values` holds the numbers behind the sentence. `drop`: the rows in `spans` are
-    not to be used (always so for a cut; a note may drop a few rows and leave the log as good as it was).
+    `channels` names the columns concerned, `values` holds the numbers behind the sentence. `drop`: the rows in `spans`
+    are not to be used (always so for a cut; a note may drop a few rows and leave the log as good as it was).
     """
 
     code: str
@@ -66,7 +66,8 @@ def ordered(findings: list[Finding]) -> list[Finding]:
 
 
 def usable_spans(start: float, stop: float, findings: list[Finding]) -> list[Span]:
-    """What the cuts leave of start..stop (s), pieces of SHORTEST_PIECE at least; none where a finding rejects the log."""
+    """What the cuts leave of start..stop (s), pieces of SHORTEST_PIECE at least; none where a finding rejects the
+    log."""
     if any(f.severity == "reject" for f in findings):
         return []
     cuts = sorted(span for f in findings if f.drop or f.severity == "cut" for span in f.spans)

@@ -1,7 +1,7 @@
 """Streams that died and were filled in: straight lines where a sensor should be, and values that stand still.
 
-A logger that puts streams on one clock interpolates over what it did not receive; after the last sample it extrapolates.
-No sensor and no controller in flight draws a straight line to the last bit for half a second.
+A logger that puts streams on one clock interpolates over what it did not receive; after the last sample it
+extrapolates. No sensor and no controller in flight draws a straight line to the last bit for half a second.
 """
 
 from __future__ import annotations
@@ -41,7 +41,8 @@ class Dead:
 
 
 def stream_groups(flight: Flight) -> list[tuple[str, ...]]:
-    """Columns that come from one stream, by name; references and the battery are left out: they may well be straight."""
+    """Columns that come from one stream, by name; references and the battery are left out: they may well be
+    straight."""
     fixed = [g for g in (POSITION, ATTITUDE, VELOCITY, RATE, SPECIFIC_FORCE, COMMANDED_WRENCH) if flight.has(*g)]
     counted = []
     for prefix in ("rotor_", "tilt_", "cmd_rotor_", "cmd_tilt_"):

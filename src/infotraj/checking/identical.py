@@ -16,7 +16,9 @@ def content_hash(flight: Flight) -> str:
     for column in sorted(flight.table.columns):
         digest.update(column.encode())
         x = flight.get(column)[:, 0]
-        digest.update(np.where(np.isfinite(x), x - (x[0] if column == "t" else 0.0), -1e30).astype(np.float32).tobytes())
+        digest.update(
+            np.where(np.isfinite(x), x - (x[0] if column == "t" else 0.0), -1e30).astype(np.float32).tobytes()
+        )
     return digest.hexdigest()
 
 

@@ -57,7 +57,7 @@ def force_unit_findings(flight: Flight, airborne: Array) -> list[Finding]:
     if USUAL[0] < size < USUAL[1] and upright < -0.5:
         return finding(
             "acceleration_axes",
-            f"az has a median of {upright:.2g} g: z points down, or the sign is that of gravity, not of the specific force",
+            f"az has a median of {upright:.2g} g: z points down, or the sign is gravity's, not the specific force's",
             "declare the body frame as FRD, or negate ax, ay, az",
             0.99,
         )

@@ -4,8 +4,8 @@
     velocity:      (p(t + h/2) - p(t - h/2)) / h                            = mean of the velocity over h
     acceleration:  R' ((p(t + h) - 2 p(t) + p(t - h)) / h^2 + g e_z)        = mean of the specific force over sqrt(2) h
 
-Both sides of the first two pass exactly the same box average; the second difference weighs with a triangle of half width
-h, and the box of width sqrt(2) h has the same variance (and both are symmetric: no time shift).
+Both sides of the first two pass exactly the same box average; the second difference weighs with a triangle of half
+width h, and the box of width sqrt(2) h has the same variance (and both are symmetric: no time shift).
 """
 
 from __future__ import annotations

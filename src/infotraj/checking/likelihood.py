@@ -1,8 +1,8 @@
 """How well each reading of a vector channel explains it: one pass over the samples, then sums only.
 
 A channel (three columns) is compared with predictions of it. Every reading of the channel, a signed permutation of the
-axes and a unit, is then an entry of the same cross moments: no reading costs another pass. Moments are kept by block (1 s)
-so that a difference between two readings comes with its spread over blocks, which holds under autocorrelation.
+axes and a unit, is then an entry of the same cross moments: no reading costs another pass. Moments are kept by block
+(1 s) so that a difference between two readings comes with its spread over blocks, which holds under autocorrelation.
 """
 
 from __future__ import annotations
@@ -39,9 +39,10 @@ AXES = rotations_of_axes()
 class Moments:
     """Sums by block over samples: `own` (B, L, 3) squares of the channel at L time shifts, `cross` (B, L, 3, C, 3) its
     products with C predictions, `square` (B, C, 3) squares of the predictions, `count` (B,) samples, `labels` (B,) the
-    blocks, `floor` (3,) the least noise variance, `own_sum` (B, L, 3) and `sum` (B, C, 3) plain sums. A constant residual of
-    at most `allowance` on each axis (a bias, a mounting angle) is no evidence for or against any reading. The samples
-    themselves (`channel` (L, n, 3), `predictions` (C, n, 3), `block` (n,), `centres` (n,) s) stay at hand for single pairs of readings."""
+    blocks, `floor` (3,) the least noise variance, `own_sum` (B, L, 3) and `sum` (B, C, 3) plain sums. A constant
+    residual of at most `allowance` on each axis (a bias, a mounting angle) is no evidence for or against any reading.
+    The samples themselves (`channel` (L, n, 3), `predictions` (C, n, 3), `block` (n,), `centres` (n,) s) stay at hand
+    for single pairs of readings."""
 
     own: Array
     cross: Array
@@ -100,7 +101,8 @@ class Moments:
 def moments(
     channel: Array, predictions: Array, centres: Array, block: Array, allowance: float, floor_share: float = 0.02
 ) -> Moments | None:
-    """Moments of a channel (L, n, 3) and its predictions (C, n, 3) at `centres` (n,) in blocks `block` (n,); None under 5 blocks.
+    """Moments of a channel (L, n, 3) and its predictions (C, n, 3) at `centres` (n,) in blocks `block` (n,); None
+    under 5 blocks.
 
     The floor keeps noise-free data from giving unbounded evidence: residuals below `floor_share` of the channel's root
     mean square are as good as zero.
@@ -128,7 +130,9 @@ def moments(
         total[b] = right[rows].sum(axis=0).reshape(candidates, 3)
     level = own[:, shifts // 2].sum() / (3 * count.sum())
     floor = np.full(3, floor_share**2 * level + 1e-300)
-    return Moments(own, cross, square, count, floor, labels, own_sum, total, allowance, channel, predictions, index, centres)
+    return Moments(
+        own, cross, square, count, floor, labels, own_sum, total, allowance, channel, predictions, index, centres
+    )
 
 
 def sure_of_difference(products: Array, squares: Array, rest: Array, tried: int) -> float:
@@ -136,9 +140,9 @@ def sure_of_difference(products: Array, squares: Array, rest: Array, tried: int)
 
     With r the residual of the declared reading and d the difference of the two predictions, r = b d + e has b = 0 where
     the declared reading holds and b = 1 where the other does (the J test of Davidson and MacKinnon, Econometrica 1981).
-    `products` are the sums of r.d by block (B,), `squares` those of d.d and `rest` those of (r - d).d, all whitened. The
-    standard error of b is the sandwich over blocks; b below one half means that the declared reading is the nearer one.
-    One-sided p value of b = 0, times the number of readings tried (Bonferroni).
+    `products` are the sums of r.d by block (B,), `squares` those of d.d and `rest` those of (r - d).d, all whitened.
+    The standard error of b is the sandwich over blocks; b below one half means that the declared reading is the nearer
+    one. One-sided p value of b = 0, times the number of readings tried (Bonferroni).
     """
     if len(products) < 3 or squares.sum() <= 0:
         return 0.0

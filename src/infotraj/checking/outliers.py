@@ -36,7 +36,8 @@ def attitude_norm(flight: Flight) -> list[Finding]:
         Finding(
             "attitude_norm",
             "reject" if worthless else "note",
-            f"the quaternion has a length other than 1 in {100 * share:.2g} % of the rows (median {np.median(norm[bad]):.3g})",
+            f"the quaternion has a length other than 1 in {100 * share:.2g} % of the rows "
+            f"(median {np.median(norm[bad]):.3g})",
             "it is no attitude there",
             "check which columns are the quaternion" if worthless else "leave these rows out",
             spans=() if worthless else _spans(flight.t, bad),
@@ -51,7 +52,13 @@ def impossible_values(flight: Flight, airborne: Array) -> list[Finding]:
     """Rates, speeds and forces that no multirotor and no sensor reaches, in more than 1 % of the flight."""
     found = []
     for columns, limit, unit, code, hint in (
-        (RATE, FASTEST_RATE, "rad/s", "rate_impossible", "check the unit: 70 rad/s is the end of the widest gyro, deg/s?"),
+        (
+            RATE,
+            FASTEST_RATE,
+            "rad/s",
+            "rate_impossible",
+            "check the unit: 70 rad/s is the end of the widest gyro, deg/s?",
+        ),
         (VELOCITY, FASTEST_SPEED, "m/s", "speed_impossible", "check the unit (mm/s?) and the estimator"),
         (SPECIFIC_FORCE, LARGEST_FORCE, "m/s^2", "force_impossible", "check the unit: is it counts, or mg?"),
     ):
@@ -144,7 +151,9 @@ def saturation(flight: Flight, airborne: Array) -> list[Finding]:
                     "saturated",
                     severity,
                     f"{column} stays at its extreme for {100 * share:.2g} % of the flight ({spans_text(spans, 2)})",
-                    "the true value lies beyond it" if sensor else "the actuator could not do more: models differ least here",
+                    "the true value lies beyond it"
+                    if sensor
+                    else "the actuator could not do more: models differ least here",
                     "use a wider range" if sensor else "none, unless the limit is not in the vehicle file",
                     spans=spans,
                     channels=(column,),
@@ -165,14 +174,20 @@ def impossible_commands(flight: Flight, airborne: Array, vehicle: Vehicle | None
         if bad.any():
             columns = tuple(f"cmd_rotor_{k}" for k in range(rotors.shape[1]))
             extremes = (float(np.nanmin(rotors)), float(np.nanmax(rotors)))
-            found.append(_commands(flight, bad, airborne, columns, f"outside 0..{top:.4g}: {extremes[0]:.4g} to {extremes[1]:.4g}"))
+            found.append(
+                _commands(
+                    flight, bad, airborne, columns, f"outside 0..{top:.4g}: {extremes[0]:.4g} to {extremes[1]:.4g}"
+                )
+            )
     if flight.has(*COMMANDED_FORCE):
         size = np.linalg.norm(flight.get(*COMMANDED_FORCE), axis=1)
         usual = np.nanmedian(size[airborne]) if airborne.any() else np.nanmedian(size)
         with np.errstate(invalid="ignore"):
             bad = size > 10 * usual
         if usual > 0 and bad.any():
-            found.append(_commands(flight, bad, airborne, COMMANDED_FORCE, f"more than ten times the usual {usual:.3g} N"))
+            found.append(
+                _commands(flight, bad, airborne, COMMANDED_FORCE, f"more than ten times the usual {usual:.3g} N")
+            )
     return found
 
 
@@ -195,7 +210,8 @@ def pose_jumps(flight: Flight, airborne: Array) -> list[Finding]:
         Finding(
             "pose_jump",
             "warning",
-            f"the position jumps {len(bad)} times, by up to {np.linalg.norm(step[bad], axis=1).max():.3g} m in one sample",
+            f"the position jumps {len(bad)} times, "
+            f"by up to {np.linalg.norm(step[bad], axis=1).max():.3g} m in one sample",
             "velocity and acceleration are wrong at the jump, and rollouts across it",
             "cut the log there",
             spans=tuple((float(a), float(a)) for a in at),

@@ -2,8 +2,8 @@
 
 A reading says, for the pose, what the attitude holds, in which axes and unit positions are, and whether z points down;
 and for each of rate, velocity and specific force, in which frame, axes and unit it is. The log likelihood of a joint
-reading is the sum over the identities; a change from what is declared costs PENALTY (prior odds about 400 to 1), so that
-the simplest explanation wins: one wrong attitude, not a wrong rate and a wrong accelerometer.
+reading is the sum over the identities; a change from what is declared costs PENALTY (prior odds about 400 to 1), so
+that the simplest explanation wins: one wrong attitude, not a wrong rate and a wrong accelerometer.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ from infotraj.checking.streams import attitude_stream
 from infotraj.rotations import Array
 
 PENALTY = 6.0
-# Constant rests that say nothing about conventions: a gyro without calibration; a mounting or trim angle of three degrees.
+# Constant rests that say nothing about conventions: a gyro without calibration; a mounting or trim angle of three
+# degrees.
 GYRO_BIAS = 0.1
 FORCE_BIAS = 0.5
 SHIFTS = np.arange(-0.2, 0.201, 0.02)
@@ -237,8 +238,10 @@ def _velocity(ch: Channels, poses: tuple[Pose, ...], attitudes: dict[int, tuple[
         v = moved @ WORLD_AXES[axes].T / unit
         rows.append(_turned(attitudes[k][1], v, turn) if turn else v)
     index = np.array([[keys.index((p.attitude, p.axes, p.unit, turn)) for turn in turns] for p in poses])
+    # both in another unit of length than metres: then in the same one
+    odd = np.array([[p.unit != 1.0 and u not in (1.0, p.unit) for u in LENGTH_UNITS] for p in poses])
     m = moments(shifted(ch.velocity, ch.centres, ch.width, FEW_SHIFTS), np.stack(rows), ch.centres, ch.block, 0.0)
-    return _identity("velocity", m, FEW_SHIFTS, LENGTH_UNITS, tuple((t, False) for t in turns), index)
+    return _identity("velocity", m, FEW_SHIFTS, LENGTH_UNITS, tuple((t, False) for t in turns), index, odd)
 
 
 def _force(
@@ -270,7 +273,13 @@ def _turned(q: Array, vector: Array, turn: int) -> Array:
 
 
 def _identity(
-    name: str, m: Moments | None, shifts: Array, units: Array, variants: tuple[tuple[int, bool], ...], index: Array
+    name: str,
+    m: Moments | None,
+    shifts: Array,
+    units: Array,
+    variants: tuple[tuple[int, bool], ...],
+    index: Array,
+    excluded: Array | None = None,
 ) -> Identity | None:
     if m is None:
         return None
@@ -281,4 +290,7 @@ def _identity(
             for turn, removed in variants
         ]
     )
-    return Identity(name, m, shifts, units, variants, index, values[index] - penalties, shift[index], penalties)
+    table = values[index] - penalties
+    if excluded is not None:
+        table = np.where(excluded[:, None, None, :], -np.inf, table)
+    return Identity(name, m, shifts, units, variants, index, table, shift[index], penalties)

@@ -1,14 +1,15 @@
 """Command against response: the collective command, delayed, against the measured specific force along body z.
 
 The lag that comes out holds the actuators' own lag as well as the clocks'. It cannot be split without a model; but a
-response that comes before its command is impossible, and one that comes a quarter of a second later is not a multirotor.
+response that comes before its command is impossible, and one that comes a quarter of a second later is not a
+multirotor.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from infotraj.checking.clocks import Offset, line, minimum, by_segments
+from infotraj.checking.clocks import Offset, by_segments, line, minimum
 from infotraj.checking.finding import Finding
 from infotraj.checking.streams import Stream
 from infotraj.flight import COMMANDED_FORCE, Flight

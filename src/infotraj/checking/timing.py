@@ -32,7 +32,8 @@ def order(table: pd.DataFrame) -> tuple[pd.DataFrame, list[Finding]]:
             Finding(
                 "time_backwards",
                 "reject" if share > 0.01 else "warning",
-                f"time runs backwards {len(back)} times, {rows} rows lie before an earlier row (first at {t[back[0]]:.4f} s, "
+                f"time runs backwards {len(back)} times, {rows} rows lie before an earlier row "
+                f"(first at {t[back[0]]:.4f} s, "
                 f"by {t[back[0]] - t[back[0] + 1]:.4f} s)",
                 "derivatives, delays and the order of cause and effect are wrong",
                 "cut the log where the clock was set, or use the sender's time stamps",
@@ -65,7 +66,8 @@ def gaps(flight: Flight, airborne: Array) -> list[Finding]:
         Finding(
             "gaps",
             "warning" if share > 0.05 else "note",
-            f"{len(long)} gaps in flight, {lost:.2f} s in all, the longest {step[long].max():.2f} s ({spans_text(spans)})",
+            f"{len(long)} gaps in flight, {lost:.2f} s in all, "
+            f"the longest {step[long].max():.2f} s ({spans_text(spans)})",
             "nothing is known there; filters and rollouts must start again after each gap",
             "nothing, gaps are kept as gaps" if share <= 0.05 else "find out what the logger lost",
             spans=spans,
@@ -86,7 +88,8 @@ def jitter(flight: Flight) -> list[Finding]:
         Finding(
             "jitter",
             "note",
-            f"time steps vary between {1000 * low:.2f} and {1000 * high:.2f} ms (5 to 95 %) around {1000 * usual:.2f} ms",
+            f"time steps vary between {1000 * low:.2f} and {1000 * high:.2f} ms (5 to 95 %) "
+            f"around {1000 * usual:.2f} ms",
             "time stamps look like those of arrival: derivatives are noisy, delays uncertain by as much",
             "use the sender's time stamps where the log has them",
             channels=("t",),

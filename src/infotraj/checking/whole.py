@@ -11,6 +11,7 @@ import pandas as pd
 from infotraj import rotations
 from infotraj.checking import outliers, timing
 from infotraj.checking.airborne import Airborne, airborne_rows, no_flight
+from infotraj.checking.beside import Beside, beside_findings
 from infotraj.checking.clocks import Offset, offset, offset_findings
 from infotraj.checking.conventions import Verdict, convention_findings
 from infotraj.checking.coverage import coverage, excitation_findings
@@ -18,7 +19,8 @@ from infotraj.checking.divergence import contradictions, reference_not_followed,
 from infotraj.checking.finding import Finding, Outcome, Span, ordered, outcome, usable_spans
 from infotraj.checking.frozen import dead_findings, still_streams, straight_streams
 from infotraj.checking.inertial import force_unit_findings
-from infotraj.checking.kinematics import Channels, channels, derived_columns
+from infotraj.checking.kinematics import Channels, channels
+from infotraj.checking.load import Loaded
 from infotraj.checking.questions import question_findings, unanswerable
 from infotraj.checking.readings import Table, readings
 from infotraj.checking.response import collective, response_findings, response_lag
@@ -34,8 +36,8 @@ FORCE_LAG_TOLERATED = 0.1
 
 @dataclass(frozen=True)
 class Check:
-    """What came out for one log: findings (worst first), what becomes of it, the spans (s) that can be used, the time in
-    the air and how it was judged, the coverage of states and inputs, and the questions that it cannot answer."""
+    """What came out for one log: findings (worst first), what becomes of it, the spans (s) that can be used, the time
+    in the air and how it was judged, the coverage of states and inputs, and the questions that it cannot answer."""
 
     source: str
     rows: int
@@ -61,14 +63,17 @@ def check(flight: Flight, vehicle: Vehicle | None = None) -> list[Finding]:
 
 
 def examine(
-    log: Flight | pd.DataFrame, vehicle: Vehicle | None = None, others: dict[str, Flight] | None = None
+    log: Flight | Loaded | pd.DataFrame,
+    vehicle: Vehicle | None = None,
 ) -> Check:
-    """Checks one log: a flight, or a table with a column t whose order is not known to be right.
-
-    `others` are the same log's other streams of channels that the flight takes from its best one (an onboard gyro
-    beside rates from motion capture), each as a flight of its own, by name. Raises InputError for a table without t.
+    """Checks one log: a flight, what `load` made of a raw log (with the streams that its table leaves out), or a table
+    with a column t whose order is not known to be right. Raises InputError for a table without t.
     """
-    flight, findings = _in_order(log)
+    others: list[Beside] = []
+    if isinstance(log, Loaded):
+        flight, findings, others = log.flight, list(log.findings), log.beside
+    else:
+        flight, findings = _in_order(log)
     source = str(flight.meta.get("source", "flight"))
     flight, more = timing.time_unit(flight)
     findings += more + outliers.attitude_norm(flight)
@@ -92,7 +97,7 @@ def examine(
         flight = _voided(flight, at, finding.channels)
     findings += outliers.impossible_values(flight, air.rows)
     gravity = vehicle.gravity if vehicle else GRAVITY
-    findings += _kinematics(flight, air, gravity, others or {})
+    findings += _kinematics(flight, air, gravity, others)
     findings += reference_not_followed(flight, air.rows) + question_findings(flight)
     covered = coverage(flight, air.rows)
     findings += excitation_findings(covered)
@@ -122,7 +127,7 @@ def _in_order(log: Flight | pd.DataFrame) -> tuple[Flight, list[Finding]]:
     return Flight(table, dict(log.attrs)), findings
 
 
-def _kinematics(flight: Flight, air: Airborne, gravity: float, others: dict[str, Flight]) -> list[Finding]:
+def _kinematics(flight: Flight, air: Airborne, gravity: float, others: list[Beside]) -> list[Finding]:
     ch = channels(flight, air.rows)
     if len(ch.centres) == 0:
         return force_unit_findings(flight, air.rows)
@@ -137,8 +142,7 @@ def _kinematics(flight: Flight, air: Airborne, gravity: float, others: dict[str,
     findings += _clocks(flight, ch, table, verdict)
     if not verdict.findings:
         findings += _response(flight, ch, table)
-        for name, other in others.items():
-            findings += _other_stream(name, other, air, table, verdict, ch)
+        findings += beside_findings(others, ch, gravity, float(np.median(np.diff(flight.t))))
     return findings
 
 
@@ -176,31 +180,6 @@ def _response(flight: Flight, ch: Channels, table: Table | None) -> list[Finding
     return response_findings(lag, float(np.median(np.diff(flight.t))))
 
 
-def _other_stream(
-    name: str, other: Flight, air: Airborne, table: Table, verdict: Verdict, ch: Channels
-) -> list[Finding]:
-    """An angular velocity that the log also holds, against the attitude: conventions and clock, as notes."""
-    rates = channels(other, np.interp(other.t, *_steps(air, other)) > 0.5).rate if other.has(*RATE) else None
-    if rates is None or ch.attitude is None:
-        return []
-    from dataclasses import replace
-
-    beside = readings(replace(ch, rate=rates, velocity=None, force=None), GRAVITY, None)
-    if beside is None or "rate" not in beside.identities:
-        return []
-    judged = convention_findings(beside)
-    m = beside.identities["rate"].moments
-    _, predicted = beside.identities["rate"].series(judged.pose, judged.joint.rate)
-    lag = offset(rates, predicted, m.centres, m.labels[m.block], ch.width)
-    step = float(np.median(np.diff(other.t)))
-    found = judged.findings + offset_findings(lag, "the angular velocity", "the attitude", "imu_clock", RATE, step, 1.0)
-    return [replace(f, severity="note", what=f"stream {name} (not used in the table): {f.what}") for f in found]
-
-
-def _steps(air: Airborne, other: Flight) -> tuple[Array, Array]:
-    return np.linspace(other.t[0], other.t[-1], len(air.rows)), air.rows.astype(float)
-
-
 def _rise(flight: Flight, air: Airborne) -> float | None:
     if air.ground is None or not flight.has("pz"):
         return None
@@ -232,6 +211,3 @@ def _distinct(findings: list[Finding]) -> list[Finding]:
     # impossible sizes are the shadow of a wrong unit that is named already
     units = {c for f in findings if f.code.endswith("_unit") for c in f.channels}
     return [f for f in findings if not (f.code.endswith("_impossible") and set(f.channels) & units)]
-
-
-__all__ = ["Check", "check", "derived_columns", "examine"]
