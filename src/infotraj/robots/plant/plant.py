@@ -30,7 +30,8 @@ from infotraj.rotations import Array
 from infotraj.trajectories.reference import Reference
 from infotraj.vehicle import Vehicle
 
-FAR = 20.0  # m from the reference: the flight is lost
+# A flight is lost beyond this distance from its reference (m) and above this rate (rad/s).
+FAR, FAST = 20.0, 100.0
 ROWS_PER_COMMAND = round(MOCAP_PERIOD / IMU_PERIOD)
 
 
@@ -174,18 +175,22 @@ class Plant:
         )  # fmt: skip
 
     def _check(self, command: Array, goal: Array, t: float) -> None:
-        self.bodies.check()
+        self.bodies.check(t)
         if not np.isfinite(command).all():
             raise InfotrajError(
-                problem(f"{self.truth.name}: the controller's command at t = {t:.2f} s is not finite", "numbers", "")
-                + "Check its gains and limits."
+                problem(
+                    f"{self.truth.name}: the controller's command at t = {t:.2f} s is not finite",
+                    "numbers",
+                    "Check its gains and limits.",
+                )
             )
         distance = float(np.linalg.norm(self.bodies.position - goal))
-        if not distance < FAR:
+        spin = float(np.linalg.norm(self.bodies.rate))
+        if distance > FAR or spin > FAST:
             raise InfotrajError(
                 problem(
-                    f"{self.truth.name}: {distance:.3g} m away from its reference at t = {t:.2f} s",
-                    f"less than {FAR:g} m",
+                    f"{self.truth.name}: {distance:.3g} m from its reference, turning at {spin:.3g} rad/s at {t:.2f} s",
+                    f"less than {FAR:g} m and {FAST:g} rad/s",
                     "The closed loop is unstable: check the controller's gains and the reference's accelerations.",
                 )
             )
