@@ -2,10 +2,16 @@
 
 
 include: "workflow/rules/common.smk"
+include: "workflow/rules/runs.smk"
+include: "workflow/rules/prior.smk"
+include: "workflow/rules/execution.smk"
+include: "workflow/rules/candidates.smk"
+include: "workflow/rules/learning.smk"
+include: "workflow/rules/evaluation.smk"
 include: "workflow/rules/pool.smk"
 
 
 rule all:
     default_target: True
     input:
-        targets(),
+        results(),
