@@ -64,6 +64,7 @@ class PdController:
 def flown(truth=PLANT_A, seed=1, reference=None, gain=1.0, **options):
     reference = reference or pitching()
     controller = PdController(reference, gain)
+    options.setdefault("settle", 2.0)
     flight, true = Plant(OMAV, truth, **options).fly_with_truth(reference, controller, np.random.default_rng(seed))
     return flight, true, controller
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 
@@ -24,7 +26,7 @@ from infotraj.robots.plant.estimator import Estimator
 from infotraj.robots.plant.model import Bodies
 from infotraj.robots.plant.sensors import IMU_PERIOD, MOCAP_PERIOD, Noise, turned
 from infotraj.robots.plant.static import StaticPlant
-from infotraj.robots.plant.truth import Truth
+from infotraj.robots.plant.truth import Truth, load_truth
 from infotraj.robots.robot import Controller
 from infotraj.rotations import Array
 from infotraj.trajectories.reference import Reference
@@ -39,7 +41,7 @@ class Plant:
     """A vehicle with the hidden effects of one truth, flown in MuJoCo.
 
     timestep: s, a whole part of the IMU's period. settle: s that the controller holds the reference's first pose
-    before the flight's first row (it is then called with k = 0, again and again). mocap_delay: s from a pose's sampling
+    before the flight's first row, so that its integrals find the hover (it is then called with k = 0 again and again). mocap_delay: s from a pose's sampling
     to its use by the estimator. A flight begins in the true hover equilibrium there, actuators settled.
     """
 
@@ -49,7 +51,7 @@ class Plant:
         truth: Truth,
         *,
         timestep: float = 1e-3,
-        settle: float = 2.0,
+        settle: float = 10.0,
         mocap_delay: float = 0.010,
         noise: Noise | None = None,
     ) -> None:
@@ -69,6 +71,11 @@ class Plant:
         self._air = aerodynamics.air_table(truth)
         self._axes = aerodynamics.tilt_axes(vehicle)
         self._zero = np.array(truth.servos.zero_error if truth.servos else (), dtype=float)
+
+    @classmethod
+    def load(cls, vehicle: Vehicle, path: str | Path) -> Plant:
+        """The plant of a truth file. InputError, one line, where the file is not one for this vehicle."""
+        return cls(vehicle, load_truth(path, vehicle))
 
     def reset(self, position: Array, attitude: Array, rotor_command: Array, tilt_command: Array) -> None:
         """At rest at a pose, with actuators settled at their commands."""
