@@ -41,8 +41,9 @@ class Plant:
     """A vehicle with the hidden effects of one truth, flown in MuJoCo.
 
     timestep: s, a whole part of the IMU's period. settle: s that the controller holds the reference's first pose
-    before the flight's first row, so that its integrals find the hover (it is then called with k = 0 again and again). mocap_delay: s from a pose's sampling
-    to its use by the estimator. A flight begins in the true hover equilibrium there, actuators settled.
+    before the flight's first row, so that its integrals find the hover (it is called with k = 0 again and again).
+    mocap_delay: s from a pose's sampling to its use by the estimator. That hold begins in the true hover equilibrium,
+    actuators settled.
     """
 
     def __init__(
