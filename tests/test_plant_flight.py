@@ -170,8 +170,8 @@ def test_a_diverging_loop_is_one_line():
 
 
 def test_a_diverging_simulation_is_one_line(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)  # MuJoCo writes its log to where it runs
     plant = Plant.load(OMAV, "config/plants/omav_a.yaml")
+    monkeypatch.chdir(tmp_path)  # MuJoCo writes its log to where it runs
     plant.reset(np.zeros(3), np.array([1.0, 0, 0, 0]), np.zeros(12), np.zeros(6))
     plant.bodies.qvel[0] = 1e12
     plant.advance(2)
