@@ -110,7 +110,7 @@ rule gather_errors:
     benchmark:
         "results/benchmarks/gather_{kind}.tsv"
     wildcard_constraints:
-        kind="tracking|prediction",
+        kind="tracking|prediction|correlation",
     threads: 1
     resources:
         mem_mb=500,

@@ -22,6 +22,10 @@ PRIOR = f"prior_{CONFIG.prior_points}"
 # modified task). Files carry the points added in their round, tables the points in all.
 START = ["task/none", "modified/none", f"task/{PRIOR}"]
 MODELS = [f"{source}_plus{added}" for source in SOURCES for added in CONFIG.added_points]
+HAS_POOL = location.find_dataset("nanobench", CONFIG.data_dir) is not None
+# The run whose flights Fig. 3 and 5 show: the first plant and seed, fixed before any was looked at.
+SHOWN = f"results/{PLANTS[0]}/seed{SEEDS[0]}/round1"
+FIGURES = [f"results/figures/figure_{number}.pdf" for number in (2, 3, 4, 5)]
 VALIDATED = [f"task/{model}" for model in MODELS] + [f"modified/{source}_plus{LARGEST}" for source in SOURCES]
 
 
@@ -71,6 +75,26 @@ def flown_model(wildcards):
     return start_model(RUN, source, round or 1)
 
 
+def recorded():
+    """What is recorded of a run, {flight table: model whose residual is shown along it}."""
+    folder = "received" if OWN_VEHICLE else "flown"
+    shown = {f"{RUN}/{folder}/{name}.parquet": f"{RUN}/prior.npz" for name in ("prior", "test")}
+    for round in ROUNDS:
+        for source in SOURCES:
+            shown[f"{RUN}/{folder}/{source}_{round}.parquet"] = start_model(RUN, source, round)
+    if not OWN_VEHICLE:
+        shown |= {f"{RUN}/validation/{key}.parquet": f"{RUN}/prior.npz" for key in START}
+        for round in ROUNDS:
+            one = f"{RUN}/round{round}"
+            shown |= {f"{one}/validation/{k}.parquet": f"{one}/models/{k.partition('/')[2]}.npz" for k in VALIDATED}
+    return shown
+
+
+def recording(flight):
+    """The recording of a flight table, in a folder of its own."""
+    return flight.replace("results/", "results/recordings/").replace(".parquet", ".rrd")
+
+
 def in_all(name, round):
     """The name of a model or flight with the points in all, as the tables split it: task_plus20 is task_40."""
     if "_plus" not in name:
@@ -81,11 +105,21 @@ def in_all(name, round):
 
 def results():
     """What is made when nothing else is asked for; what needs absent data is left out with a line."""
-    wanted = ["results/prediction.csv"]
+    wanted = ["results/prediction.csv", *every_run(f"{RUN}/round{{round}}/figure_costs.pdf", round=ROUNDS)]
+    wanted += every_run([recording(flight) for flight in recorded()])
     if not OWN_VEHICLE:
-        wanted.append("results/tracking.csv")
-    if location.find_dataset("nanobench", CONFIG.data_dir):
-        wanted.append("results/pool/summary.md")
+        wanted += [*FIGURES, "results/table_1.md", "results/claims.md"]
+    if HAS_POOL:
+        wanted += ["results/pool/summary.md", "results/figures/figure_pool.pdf"]
     else:
         print(f"Skipped: {location.how_to_get('nanobench')}", file=sys.stderr)
     return wanted
+
+
+def awaited():
+    """Prints the references that wait for a flight, once more and below each other, when a run stops for them."""
+    if OWN_VEHICLE:
+        for log in sorted(Path("results/logs/own").glob("seed*/receive/*.log")):
+            flight = Path(f"results/own/{log.parts[3]}/received/{log.stem}.parquet")
+            if log.read_text() and not flight.exists():
+                print(f"Waiting: {log.read_text().strip()}", file=sys.stderr)
