@@ -2,10 +2,23 @@
 
 
 include: "workflow/rules/common.smk"
+include: "workflow/rules/runs.smk"
+include: "workflow/rules/prior.smk"
+include: "workflow/rules/execution.smk"
+include: "workflow/rules/candidates.smk"
+include: "workflow/rules/learning.smk"
+include: "workflow/rules/evaluation.smk"
+include: "workflow/rules/correlation.smk"
 include: "workflow/rules/pool.smk"
+include: "workflow/rules/recordings.smk"
+include: "workflow/rules/figures.smk"
 
 
 rule all:
     default_target: True
     input:
-        targets(),
+        results(),
+
+
+onerror:
+    awaited()

@@ -196,6 +196,11 @@ def test_figure_4_draws_every_run_and_the_paired_gain() -> None:
     assert sorted(dots(drawn[2, 1])) == pytest.approx(sorted(expected))
 
 
+def test_an_unknown_source_is_one_clear_line(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="source other; expected none, prior, task, informative"):
+        learning_curve.figure_4(learning_table(2).assign(source="other"), tmp_path / "f.pdf", tmp_path / "f.png")
+
+
 def test_gain_pairs_the_same_seed_only() -> None:
     table = learning_table(seeds=2, plants=("omav_a",))
     alone = table.drop(table[(table["source"] == "task") & (table["seed"] == 1)].index)

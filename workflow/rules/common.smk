@@ -1,6 +1,7 @@
-"""What all stages share: the checked configuration, fingerprints of the library, the targets."""
+"""What all stages share: the checked configuration, fingerprints of the library, the names of runs and flights."""
 
 import sys
+from pathlib import Path
 
 from infotraj.datasets import location
 from infotraj.errors import InfotrajError
@@ -25,7 +26,6 @@ def checked(content):
 
 
 CONFIG = checked(config)
-SEEDS = range(CONFIG.seeds)
 
 
 def code(stage):
@@ -43,13 +43,3 @@ def data_fingerprint(name):
     """Which files of a public data set are used, so that others rerun what reads them; None where it is absent."""
     folder = location.find_dataset(name, CONFIG.data_dir)
     return folder and sorted((path.name, path.stat().st_size) for path in folder.glob("*.parquet"))
-
-
-def targets():
-    """What `snakemake` makes when nothing else is asked for."""
-    wanted = []
-    if location.find_dataset("nanobench", CONFIG.data_dir):
-        wanted.append("results/pool/summary.md")
-    else:
-        print(f"Skipped: {location.how_to_get('nanobench')}", file=sys.stderr)
-    return wanted

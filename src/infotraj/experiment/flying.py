@@ -18,10 +18,10 @@ from infotraj.vehicle import Vehicle, load_vehicle
 
 def plant(config: ExperimentConfig, name: str) -> Robot:
     """The plant of that name: config/plants/NAME.yaml beside the vehicle's folder."""
-    from infotraj.robots.plant.plant import MujocoPlant
+    from infotraj.robots.plant.plant import Plant  # late: mujoco
 
-    vehicle = Path(config.vehicle)
-    return MujocoPlant.load(load_vehicle(vehicle), vehicle.parent.parent / "plants" / f"{name}.yaml")
+    path = Path(config.vehicle)
+    return Plant.load(load_vehicle(path), path.parent.parent / "plants" / f"{name}.yaml")
 
 
 def fly(

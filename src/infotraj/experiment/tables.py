@@ -1,4 +1,4 @@
-"""Tables of single seeds put together, each row saying where it comes from."""
+"""Tables of results as CSV, and those of single runs put together."""
 
 from __future__ import annotations
 
@@ -18,8 +18,13 @@ def gather(*, tables: Sequence[str | Path], table: str | Path) -> None:
     for path, names in zip(parts, columns, strict=True):
         if names != columns[0]:
             raise InputError(problem(f"{path}: columns {names}", f"{columns[0]}", "Write all tables by one version."))
-    target = Path(table)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    hidden = target.with_name(f".{target.name}.part")
-    pd.concat(parts.values(), ignore_index=True).to_csv(hidden, index=False)
-    os.replace(hidden, target)
+    write_table(pd.concat(parts.values(), ignore_index=True), table)
+
+
+def write_table(rows: pd.DataFrame, path: str | Path) -> None:
+    """Writes a table of results as CSV, whole or not at all."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(f".{path.name}.part")
+    rows.to_csv(part, index=False, float_format="%.9g")
+    os.replace(part, path)

@@ -8,24 +8,28 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from infotraj.errors import InputError, problem
 from infotraj.evaluation.intervals import bootstrap_mean
 from infotraj.plots import style
 
 COLUMNS = ("plant", "seed", "source", "points", "error", "error_std")
 PAPER_GAIN = 13.3  # %, Sec. V-B
-ORDER = ("prior", "task", "informative")
+ORDER = ("none", "prior", "task", "informative")
 APART = 0.36  # of the distance between two data sizes
 
 
 def figure_4(table: pd.DataFrame, pdf: str | Path, png: str | Path) -> None:
     """Writes Fig. 4: absolute angular acceleration error, its spread within the flight, and the paired gain.
 
-    A row a run: plant, seed, source (task, informative, prior), points (data points in all), error (mean over time and
+    A row a run: plant, seed, source (task, informative, prior, none), points (in all), error (mean over time and
     axes, rad/s^2), error_std (its spread within the flight). A column of panels a plant; points are runs, bars 95 %
     bootstrap intervals of the mean; gain = 1 - informative/task of the same plant, seed and number of points, in %.
-    InputError where a column is missing.
+    InputError where a column is missing or a source is not known.
     """
     style.checked(table, COLUMNS, "figure 4")
+    unknown = sorted(set(table["source"]) - set(ORDER))
+    if unknown:
+        raise InputError(problem(f"figure 4: source {unknown[0]}", ", ".join(ORDER), "Leave its rows out."))
     style.write(lambda: draw_figure_4(table), pdf, png)
 
 
@@ -61,7 +65,9 @@ def draw_figure_4(table: pd.DataFrame) -> Figure:
 def paired_gains(table: pd.DataFrame) -> pd.DataFrame:
     """Gain of informative over task (%), a row a plant, seed and number of points that has both."""
     keys = ["plant", "seed", "points"]
-    wide = table[table["source"] != "prior"].pivot_table(index=keys, columns="source", values="error")
+    wide = table[table["source"].isin(["task", "informative"])].pivot_table(
+        index=keys, columns="source", values="error"
+    )
     if not {"informative", "task"} <= set(wide):
         return pd.DataFrame(columns=[*keys, "gain"])
     wide = wide.dropna(subset=["informative", "task"])

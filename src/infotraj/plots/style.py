@@ -22,9 +22,9 @@ SINGLE, DOUBLE = 3.5, 7.16  # inches: one and two columns of the IEEE page
 BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#56B4E9"
 INK, GREY, PALE = "#222222", "#777777", "#C8C8C8"
 
-COLORS = {"informative": BLUE, "task": VERMILION, "prior": GREY}
-MARKERS = {"informative": "o", "task": "s", "prior": "D"}
-LABELS = {"informative": "informative", "task": "non-informative (task)", "prior": "prior only"}
+COLORS = {"informative": BLUE, "task": VERMILION, "prior": GREY, "none": PURPLE}
+MARKERS = {"informative": "o", "task": "s", "prior": "D", "none": "^"}
+LABELS = {"informative": "informative", "task": "non-informative (task)", "prior": "prior only", "none": "no learning"}
 
 RC = {
     "font.family": "serif",

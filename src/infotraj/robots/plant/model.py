@@ -86,8 +86,8 @@ class Bodies:
         """True tilts (tilts,) rad: where the arms stand, zero error included."""
         return self.qpos[self.arm_address] + self._zero
 
-    def check(self) -> None:
-        """InfotrajError, one line, once MuJoCo has found a state or a control that is not a number or too large."""
+    def check(self, t: float) -> None:
+        """InfotrajError, one line with the flight's time t (s), once a state or a control is no number or too large."""
         bad = [
             name
             for name, kind in (
@@ -101,7 +101,7 @@ class Bodies:
         if bad:
             raise InfotrajError(
                 problem(
-                    f"{self.name}: the simulation diverged at t = {self.data.time:.3f} s ({', '.join(bad)})",
+                    f"{self.name}: the simulation diverged before t = {t:.2f} s ({', '.join(bad)})",
                     "finite states and commands",
                     "Check the controller's gains and commands.",
                 )

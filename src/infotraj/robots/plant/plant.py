@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 
@@ -24,13 +26,14 @@ from infotraj.robots.plant.estimator import Estimator
 from infotraj.robots.plant.model import Bodies
 from infotraj.robots.plant.sensors import IMU_PERIOD, MOCAP_PERIOD, Noise, turned
 from infotraj.robots.plant.static import StaticPlant
-from infotraj.robots.plant.truth import Truth
+from infotraj.robots.plant.truth import Truth, load_truth
 from infotraj.robots.robot import Controller
 from infotraj.rotations import Array
 from infotraj.trajectories.reference import Reference
 from infotraj.vehicle import Vehicle
 
-FAR = 20.0  # m from the reference: the flight is lost
+# A flight is lost beyond this distance from its reference (m) and above this rate (rad/s).
+FAR, FAST = 20.0, 100.0
 ROWS_PER_COMMAND = round(MOCAP_PERIOD / IMU_PERIOD)
 
 
@@ -38,8 +41,9 @@ class Plant:
     """A vehicle with the hidden effects of one truth, flown in MuJoCo.
 
     timestep: s, a whole part of the IMU's period. settle: s that the controller holds the reference's first pose
-    before the flight's first row (it is then called with k = 0, again and again). mocap_delay: s from a pose's sampling
-    to its use by the estimator. A flight begins in the true hover equilibrium there, actuators settled.
+    before the flight's first row, so that its integrals find the hover (it is called with k = 0 again and again).
+    mocap_delay: s from a pose's sampling to its use by the estimator. That hold begins in the true hover equilibrium,
+    actuators settled.
     """
 
     def __init__(
@@ -48,7 +52,7 @@ class Plant:
         truth: Truth,
         *,
         timestep: float = 1e-3,
-        settle: float = 2.0,
+        settle: float = 10.0,
         mocap_delay: float = 0.010,
         noise: Noise | None = None,
     ) -> None:
@@ -68,6 +72,11 @@ class Plant:
         self._air = aerodynamics.air_table(truth)
         self._axes = aerodynamics.tilt_axes(vehicle)
         self._zero = np.array(truth.servos.zero_error if truth.servos else (), dtype=float)
+
+    @classmethod
+    def load(cls, vehicle: Vehicle, path: str | Path) -> Plant:
+        """The plant of a truth file. InputError, one line, where the file is not one for this vehicle."""
+        return cls(vehicle, load_truth(path, vehicle))
 
     def reset(self, position: Array, attitude: Array, rotor_command: Array, tilt_command: Array) -> None:
         """At rest at a pose, with actuators settled at their commands."""
@@ -174,18 +183,22 @@ class Plant:
         )  # fmt: skip
 
     def _check(self, command: Array, goal: Array, t: float) -> None:
-        self.bodies.check()
+        self.bodies.check(t)
         if not np.isfinite(command).all():
             raise InfotrajError(
-                problem(f"{self.truth.name}: the controller's command at t = {t:.2f} s is not finite", "numbers", "")
-                + "Check its gains and limits."
+                problem(
+                    f"{self.truth.name}: the controller's command at t = {t:.2f} s is not finite",
+                    "numbers",
+                    "Check its gains and limits.",
+                )
             )
         distance = float(np.linalg.norm(self.bodies.position - goal))
-        if not distance < FAR:
+        spin = float(np.linalg.norm(self.bodies.rate))
+        if distance > FAR or spin > FAST:
             raise InfotrajError(
                 problem(
-                    f"{self.truth.name}: {distance:.3g} m away from its reference at t = {t:.2f} s",
-                    f"less than {FAR:g} m",
+                    f"{self.truth.name}: {distance:.3g} m from its reference, turning at {spin:.3g} rad/s at {t:.2f} s",
+                    f"less than {FAR:g} m and {FAST:g} rad/s",
                     "The closed loop is unstable: check the controller's gains and the reference's accelerations.",
                 )
             )
