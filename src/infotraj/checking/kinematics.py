@@ -22,6 +22,7 @@ from infotraj.rotations import Array
 
 MOST_BLOCKS = 90
 EDGE = 0.5
+ACCELERATION_NOISE = 0.15
 
 WORLD_AXES: dict[str, Array] = {
     "": np.eye(3),
@@ -33,7 +34,8 @@ WORLD_AXES: dict[str, Array] = {
 @dataclass(frozen=True)
 class Channels:
     """The streams of one flight that kinematics ties together (None where absent or derived from each other), the
-    averaging width (s), and the sample times (n,) with their block numbers (n,)."""
+    averaging width (s) for velocities and rates, the one for accelerations, and the sample times (n,) with their block
+    numbers (n,)."""
 
     attitude: Stream | None
     position: Stream | None
@@ -41,6 +43,7 @@ class Channels:
     rate: Stream | None
     force: Stream | None
     width: float
+    wide: float
     centres: Array
     block: Array
 
@@ -62,6 +65,7 @@ def channels(flight: Flight, airborne: Array, rate: tuple[str, ...] = RATE) -> C
     rates, force = own(rate), own(SPECIFIC_FORCE)
     steps = [s.step for s in (attitude, position, velocity) if s] or [s.step for s in (rates, force) if s] or [0.01]
     width = float(max(0.08, 2 * max(steps)))
+    wide = acceleration_width(position, width)
     centres = _centres(flight.t, airborne, width)
     block = np.floor(centres - flight.t[0]).astype(int)
     labels = np.unique(block)
@@ -69,13 +73,26 @@ def channels(flight: Flight, airborne: Array, rate: tuple[str, ...] = RATE) -> C
         chosen = labels[np.linspace(0, len(labels) - 1, MOST_BLOCKS).round().astype(int)]
         keep = np.isin(block, chosen)
         centres, block = centres[keep], block[keep]
-    return Channels(attitude, position, velocity, rates, force, width, centres, block)
+    return Channels(attitude, position, velocity, rates, force, width, wide, centres, block)
 
 
 def derived_columns(flight: Flight) -> set[str]:
     """The columns that the metadata entry `derived` names (a list, or a mapping from column to source)."""
     derived = flight.meta.get("derived") or ()
     return {str(c) for c in derived}
+
+
+def acceleration_width(p: Stream | None, width: float) -> float:
+    """The width (s) at which the second difference of the position has at most ACCELERATION_NOISE of noise.
+
+    The noise of a sample is that of its third differences (robust), which motion hardly reaches: std / sqrt(20). The
+    second difference over h then has sqrt(6) sigma / h^2. Never below `width`, never above four times it.
+    """
+    if p is None or len(p.t) < 20:
+        return width
+    third = np.diff(p.x, 3, axis=0)
+    sigma = float(1.4826 * np.median(np.abs(third)) / np.sqrt(20))
+    return float(np.clip(np.sqrt(np.sqrt(6) * sigma / ACCELERATION_NOISE), width, 4 * width))
 
 
 def body_increment(q: Stream, centres: Array, width: float) -> tuple[Array, Array]:

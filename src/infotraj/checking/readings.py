@@ -40,12 +40,14 @@ FORCE_UNITS = np.array([1.0, 9.80665, 1 / 9.80665])
 LENGTH_UNITS = np.array([1.0, 1000.0, 0.001, 100.0, 0.01, 3.6, 1 / 3.6, 3.28084, 0.3048])
 POSITION_UNITS = (1.0, 1000.0, 0.001, 100.0, 0.01, 3.28084, 0.3048)
 TURNS = (0, 1, -1)
+NOISE = float("inf")
 
 
 @dataclass(frozen=True)
 class Pose:
     """A reading of the pose: index into attitude.READINGS, world axes of the position, its unit (declared / true), and
-    whether the whole world has z down."""
+    whether the whole world has z down. Unit NOISE: the position's acceleration is noise, which it may well be where a
+    vehicle hardly moves; that is no error."""
 
     attitude: int = 0
     axes: str = ""
@@ -54,7 +56,8 @@ class Pose:
 
     @property
     def penalty(self) -> float:
-        changes = (self.attitude > 0) + 1.1 * (self.axes != "") + 1.1 * (self.unit != 1.0) + self.down
+        unit = 0.0 if self.unit == 1.0 else 0.5 if self.unit == NOISE else 1.1
+        changes = (self.attitude > 0) + 1.1 * (self.axes != "") + unit + self.down
         return PENALTY * changes
 
 
@@ -204,6 +207,7 @@ def _poses(ch: Channels) -> tuple[Pose, ...]:
             if a or u != 1.0
         ]
         found += [Pose(attitude=k, axes=a) for k in frames for a in WORLD_AXES if a]
+        found += [Pose(attitude=k, unit=NOISE, down=d) for k in attitudes for d in (False, True)]
     return tuple(found)
 
 
@@ -249,7 +253,7 @@ def _force(
 ) -> Identity | None:
     if ch.force is None or not attitudes:
         return None
-    kinematic = acceleration_of(ch.position, ch.velocity, ch.centres, ch.width)
+    kinematic = acceleration_of(ch.position, ch.velocity, ch.centres, ch.wide)
     up = np.array([0.0, 0.0, gravity])
     variants = tuple((turn, removed) for removed in (False, True) for turn in TURNS)
     keys = sorted({(p, v) for p in poses for v in variants}, key=lambda key: (poses.index(key[0]), key[1]))
@@ -261,7 +265,7 @@ def _force(
         rows.append(_turned(attitudes[p.attitude][1], world, turn - 1))
     place = {key: k for k, key in enumerate(keys)}
     index = np.array([[place[p, v] for v in variants] for p in poses])
-    data = shifted(ch.force, ch.centres, np.sqrt(2) * ch.width, FEW_SHIFTS)
+    data = shifted(ch.force, ch.centres, np.sqrt(2) * ch.wide, FEW_SHIFTS)
     m = moments(data, np.stack(rows), ch.centres, ch.block, FORCE_BIAS)
     return _identity("force", m, FEW_SHIFTS, FORCE_UNITS, variants, index)
 

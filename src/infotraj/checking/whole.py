@@ -11,7 +11,7 @@ import pandas as pd
 from infotraj import rotations
 from infotraj.checking import outliers, timing
 from infotraj.checking.airborne import Airborne, airborne_rows, no_flight
-from infotraj.checking.beside import Beside, beside_findings
+from infotraj.checking.beside import Beside, beside_findings, corrected
 from infotraj.checking.clocks import Offset, offset, offset_findings
 from infotraj.checking.conventions import Verdict, convention_findings
 from infotraj.checking.coverage import coverage, excitation_findings
@@ -91,10 +91,15 @@ def examine(
     findings += timing.gaps(flight, air.rows) + timing.jitter(flight)
     commands = outliers.impossible_commands(flight, air.rows, vehicle)
     single = outliers.spikes(flight, air.rows)
-    findings += commands + single + outliers.saturation(flight, air.rows) + outliers.pose_jumps(flight, air.rows)
-    for finding in single:
-        at = np.any([(flight.t >= a) & (flight.t <= b) for a, b in finding.spans], axis=0)
-        flight = _voided(flight, at, finding.channels)
+    findings += (
+        commands
+        + outliers.spike_findings(single)
+        + outliers.saturation(flight, air.rows)
+        + outliers.pose_jumps(flight, air.rows)
+    )
+    for column, when, _ in single:
+        at = np.any([(flight.t >= a) & (flight.t <= b) for a, b in when], axis=0)
+        flight = _voided(flight, at, (column,))
     findings += outliers.impossible_values(flight, air.rows)
     gravity = vehicle.gravity if vehicle else GRAVITY
     findings += _kinematics(flight, air, gravity, others)
@@ -142,7 +147,8 @@ def _kinematics(flight: Flight, air: Airborne, gravity: float, others: list[Besi
     findings += _clocks(flight, ch, table, verdict)
     if not verdict.findings:
         findings += _response(flight, ch, table)
-        findings += beside_findings(others, ch, gravity, float(np.median(np.diff(flight.t))))
+    right = corrected(ch, verdict.joint)
+    findings += beside_findings(others, right, gravity, float(np.median(np.diff(flight.t))))
     return findings
 
 
@@ -168,7 +174,7 @@ def _lag(table: Table, verdict: Verdict, name: str, ch: Channels) -> Offset | No
     m = identity.moments
     vector = getattr(verdict.joint, name)
     _, predicted = identity.series(verdict.pose, vector)
-    width = ch.width * (np.sqrt(2) if name == "force" else 1.0)
+    width = np.sqrt(2) * ch.wide if name == "force" else ch.width
     return offset(stream, predicted, m.centres, m.labels[m.block], width)
 
 
