@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pandas as pd
-from scipy.spatial.transform import Rotation
+from scipy.spatial.transform import Rotation, Slerp
 
 from infotraj.flight import Flight
 
@@ -64,7 +64,7 @@ def simulated(seed, kind="quadrotor", rate_hz=100.0, duration=20.0, noise=1.0):
         angles = ramp(t) * turn(t)
         if kind != "quadrotor":
             return Rotation.from_euler("ZYX", angles[:, ::-1])
-        z = acceleration(t) + [0, 0, G]
+        z = acceleration(t) + np.array([0.0, 0.0, G])
         z /= np.linalg.norm(z, axis=1, keepdims=True)
         heading = np.stack([np.cos(angles[:, 2]), np.sin(angles[:, 2]), np.zeros(len(t))], axis=1)
         y = np.cross(z, heading)
@@ -74,7 +74,7 @@ def simulated(seed, kind="quadrotor", rate_hz=100.0, duration=20.0, noise=1.0):
     d = 1e-4
     r = attitude(t)
     w = (attitude(t - d).inv() * attitude(t + d)).as_rotvec() / (2 * d)
-    f = r.inv().apply(acceleration(t) + [0, 0, G])
+    f = r.inv().apply(acceleration(t) + np.array([0.0, 0.0, G]))
     v = (position(t + d) - position(t - d)) / (2 * d)
     f = f - np.array([0.15, 0.15, 0.05]) * r.inv().apply(v)
     q = (r * Rotation.from_rotvec(noise * 0.002 * rng.standard_normal((len(t), 3)))).as_quat()
@@ -95,7 +95,11 @@ def simulated(seed, kind="quadrotor", rate_hz=100.0, duration=20.0, noise=1.0):
 
 
 def _rotation(flight):
-    return Rotation.from_quat(flight.get(*Q)[:, [1, 2, 3, 0]])
+    """The attitude in every row; between samples along the geodesic."""
+    q = flight.get(*Q)[:, [1, 2, 3, 0]]
+    good = np.isfinite(q).all(axis=1)
+    known = flight.t[good]
+    return Slerp(known, Rotation.from_quat(q[good]))(np.clip(flight.t, known[0], known[-1]))
 
 
 def _with(flight, names, values):
@@ -114,12 +118,18 @@ def _ned(flight):
     r = Rotation.from_matrix(C_NED @ _rotation(flight).as_matrix() @ D_FRD)
     out = _with(flight, Q, _quaternion(r))
     for names, turn in ((P, C_NED), (V, C_NED), (W, D_FRD), (A, D_FRD)):
-        out = _with(out, names, flight.get(*names) @ turn.T)
+        if flight.has(*names):
+            out = _with(out, names, flight.get(*names) @ turn.T)
     return out
 
 
 def _shift(flight, names, late):
-    x = np.stack([np.interp(flight.t - late, flight.t, flight.get(n)[:, 0]) for n in names], axis=-1)
+    columns = []
+    for name in names:
+        x = flight.get(name)[:, 0]
+        good = np.isfinite(x)
+        columns.append(np.interp(flight.t - late, flight.t[good], x[good]))
+    x = np.stack(columns, axis=-1)
     return _with(flight, names, x)
 
 

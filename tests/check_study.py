@@ -86,7 +86,12 @@ def summary(found, false):
         by[kind].append(hit)
     for name, hits in by.items():
         where = out["kinds"] if name in SPOILED else out["injected"]
-        where[name] = {"found": sum(hits), "of": len(hits), "share": float(np.mean(hits)), "ci95": interval(sum(hits), len(hits))}
+        where[name] = {
+            "found": sum(hits),
+            "of": len(hits),
+            "share": float(np.mean(hits)),
+            "ci95": interval(sum(hits), len(hits)),
+        }
     wrong = defaultdict(list)
     for group, _, _, got in false:
         wrong["all"].append(bool(got))
@@ -100,16 +105,20 @@ def summary(found, false):
 
 if __name__ == "__main__":
     few = "--few" in sys.argv
-    found = injected({
-        "nanobench": list(real())[:: 7 if few else 1],
-        "made up": list(made_up(range(2 if few else 10))),
-        "mujoco omav": list(plant_flights(1 if few else 2)),
-    })
-    false = untouched({
-        "nanobench": list(real())[:: 7 if few else 1],
-        "made up": list(made_up(range(100, 102 if few else 130))),
-        "mujoco omav": list(plant_flights(1 if few else 3)),
-    })
+    found = injected(
+        {
+            "nanobench": list(real())[:: 7 if few else 1],
+            "made up": list(made_up(range(2 if few else 10))),
+            "mujoco omav": list(plant_flights(1 if few else 2)),
+        }
+    )
+    false = untouched(
+        {
+            "nanobench": list(real())[:: 7 if few else 1],
+            "made up": list(made_up(range(100, 102 if few else 130))),
+            "mujoco omav": list(plant_flights(1 if few else 3)),
+        }
+    )
     result = summary(found, false)
     Path(sys.argv[1]).write_text(json.dumps(result, indent=1))
     print(json.dumps({k: result[k] for k in ("injected", "untouched", "kinds", "false")}, indent=1))

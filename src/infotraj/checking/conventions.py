@@ -16,7 +16,7 @@ import numpy as np
 from infotraj.checking.attitude import READINGS
 from infotraj.checking.finding import Finding
 from infotraj.checking.likelihood import AXES, sure_of_difference
-from infotraj.checking.readings import DEGREE, NOISE, Joint, Pose, Table, Vector
+from infotraj.checking.readings import DEGREE, NOISE, PENALTY, Joint, Pose, Table, Vector
 from infotraj.rotations import Array
 
 HALF_AS_WELL_AGAIN = float(np.log(1.5))
@@ -24,6 +24,7 @@ SURE = 0.99
 MOST_UNEXPLAINED = 0.5
 # A quarter of g: with a larger rest the accelerometer is not understood by any reading.
 MOST_FORCE_REST = 2.5
+RIVAL = 1.2 * PENALTY
 SPOILS = "every comparison of model and measurement would be wrong"
 
 FACTORS: tuple[str, ...] = (
@@ -59,32 +60,47 @@ def convention_findings(table: Table) -> Verdict:
     if not changed or not _understood(table, best, best_at, changed):
         return Verdict(declared, declared_at, [])
     sure = _sure(table, declared, declared_at, best, best_at, _tried(table))
+    findings = [_finding(table, best, best_at, f, sure) for f in changed]
+    rivals = _rivals(table, best, best_at)
+    if rivals:
+        texts = " and ".join
+        others = "; or ".join(texts(sorted({_SENTENCES[f](joint)[1] for f in _changes(joint)})) for joint in rivals[:3])
+        codes = sorted({_SENTENCES[f](joint)[0] for joint in rivals for f in _changes(joint)})
+        first = findings[0]
+        findings[0] = replace(
+            first,
+            what=f"{first.what}; these data fit as well that {others}",
+            values={**first.values, "alternatives": codes},
+        )
+    return Verdict(best, best_at, findings)
+
+
+def _what(joint: Joint) -> list[tuple[str, object]]:
+    return [(factor, _part(joint, factor)) for factor in _changes(joint)]
+
+
+def _changes(joint: Joint) -> list[str]:
+    plain = Joint()
+    return [f for f in FACTORS if _part(joint, f) != _part(plain, f) and _part(joint, f) != NOISE]
+
+
+def _rivals(table: Table, best: Joint, at: int) -> list[Joint]:
+    """Other explanations that fit hardly worse and take at most one change more: what this flight cannot tell apart."""
     found = []
-    for factor in changed:
-        finding = _finding(table, best, best_at, factor, sure)
-        same = _as_good(table, best, best_at, factor)
-        if same:
-            finding = replace(
-                finding,
-                what=f"{finding.what}; these data fit as well: {'; '.join(text for _, text in same[:3])}",
-                values={**finding.values, "alternatives": sorted({code for code, _ in same})},
-            )
-        found.append(finding)
-    return Verdict(best, best_at, found)
-
-
-def _as_good(table: Table, best: Joint, at: int, factor: str) -> list[tuple[str, str]]:
-    """Other values of a changed factor that fit hardly worse, the rest as found: their codes and sentences."""
-    channel, key = factor.split(".")
-    if channel == "pose" or key != "axes":
-        return []
-    out = []
-    for k in range(1, len(AXES)):
-        other = replace(best, **{channel: replace(getattr(best, channel), axes=k)})
-        if other != best and _margin(table, other, at, best, at) < HALF_AS_WELL_AGAIN:
-            code, text, _, _ = _SENTENCES[factor](other)
-            out.append((code, text))
-    return out
+    _, _, value = table.best()
+    candidates = [table.best_for(k) for k in range(len(table.poses))]
+    for name, identity in table.identities.items():
+        for k in range(1, len(AXES)):
+            other = replace(getattr(best, name), axes=k)
+            likelihood = identity.likelihood(at, other) - identity.likelihood(at, getattr(best, name))
+            total = value + likelihood - other.penalty + getattr(best, name).penalty
+            candidates.append((replace(best, **{name: other}), at, total))
+    for joint, k, total in sorted(candidates, key=lambda c: -c[2]):
+        said = [_what(j) for j in (best, *found)]
+        fresh = _what(joint) not in said and bool(_changes(joint))
+        if fresh and total > value - RIVAL and _margin(table, joint, k, best, at) < HALF_AS_WELL_AGAIN:
+            found.append(joint)
+    return found
 
 
 def _without_unproven(table: Table, declared: Joint, best: Joint, at: int, changed: list[str]) -> tuple[Joint, int]:

@@ -8,7 +8,6 @@ that the simplest explanation wins: one wrong attitude, not a wrong rate and a w
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -57,7 +56,9 @@ class Pose:
     @property
     def penalty(self) -> float:
         unit = 0.0 if self.unit == 1.0 else 0.5 if self.unit == NOISE else 1.1
-        changes = (self.attitude > 0) + 1.1 * (self.axes != "") + unit + self.down
+        # one half of NED/FRD without the other is rarer than any other mistake
+        half = READINGS[self.attitude].half
+        changes = (self.attitude > 0) + 0.5 * half + 1.1 * (self.axes != "") + unit + 0.9 * self.down
         return PENALTY * changes
 
 
@@ -145,38 +146,24 @@ class Table:
     prior: Array
     identities: dict[str, Identity]
 
-    def best(self, allowed: Callable[[Joint], bool] = lambda joint: True, change: str = "") -> tuple[Joint, int, float]:
-        """The joint reading of the highest posterior, its pose index and its value, among the readings `allowed`.
+    def best(self) -> tuple[Joint, int, float]:
+        """The joint reading of the highest posterior, its pose's index, and its log posterior."""
+        return max((self.best_for(k) for k in range(len(self.poses))), key=lambda found: found[2])
 
-        `change` names what `allowed` looks at, (`pose.attitude`, `rate.unit`, ...): only that part is enumerated.
-        """
-        total = self.prior.copy()
-        choice: dict[str, Array] = {}
+    def best_for(self, k: int) -> tuple[Joint, int, float]:
+        """The same among the readings with pose number k: the channels then do not depend on each other."""
+        total, parts = float(self.prior[k]), {}
         for name, identity in self.identities.items():
-            values = identity.values
-            if change.startswith(name):
-                values = np.where(_mask(identity, name, allowed)[None], values, -np.inf)
-            flat = values.reshape(len(self.poses), -1)
-            choice[name] = np.argmax(flat, axis=1)
-            total += flat[np.arange(len(flat)), choice[name]]
-        if change.startswith("pose"):
-            total = np.where([allowed(Joint(pose=p)) for p in self.poses], total, -np.inf)
-        k = int(np.argmax(total))
-        parts = {name: _vector(i, int(choice[name][k])) for name, i in self.identities.items() if name != "thrust"}
-        return Joint(pose=self.poses[k], **parts), k, float(total[k])
+            flat = int(np.argmax(identity.values[k]))
+            parts[name] = _vector(identity, flat)
+            total += float(identity.values[k].flat[flat])
+        return Joint(pose=self.poses[k], **parts), k, total
 
 
 def _vector(identity: Identity, flat: int) -> Vector:
     v, g, u = np.unravel_index(flat, identity.values.shape[1:])
     turn, removed = identity.variants[v]
     return Vector(turn, int(g), float(identity.units[u]), removed)
-
-
-def _mask(identity: Identity, name: str, allowed: Callable[[Joint], bool]) -> Array:
-    out = np.empty(identity.values.shape[1:], dtype=bool)
-    for flat in range(out.size):
-        out[np.unravel_index(flat, out.shape)] = allowed(replace(Joint(), **{name: _vector(identity, flat)}))
-    return out
 
 
 def readings(ch: Channels, gravity: float, rise: float | None) -> Table | None:
