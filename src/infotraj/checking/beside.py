@@ -10,14 +10,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from infotraj import rotations
-from infotraj.checking.attitude import READINGS
 from infotraj.checking.clocks import offset, offset_findings
 from infotraj.checking.conventions import convention_findings
 from infotraj.checking.finding import Finding, Span, spans_text
-from infotraj.checking.kinematics import WORLD_AXES, Channels
-from infotraj.checking.likelihood import AXES
-from infotraj.checking.readings import Joint, Vector, readings
+from infotraj.checking.kinematics import Channels
+from infotraj.checking.readings import readings
 from infotraj.checking.streams import Stream, attitude_stream, runs
 from infotraj.rotations import Array
 
@@ -48,25 +45,6 @@ def beside_findings(others: list[Beside], ch: Channels, gravity: float, step: fl
         if pair is not None:
             found += [_named(other, f) for f in _judged(other.channel, pair, gravity, step)]
     return found
-
-
-def corrected(ch: Channels, joint: Joint) -> Channels:
-    """The channels as the reading `joint` says they should have been: what the streams beside are compared with."""
-    attitude, position, rate = ch.attitude, ch.position, ch.rate
-    unit = joint.pose.unit if np.isfinite(joint.pose.unit) else 1.0
-    if attitude is not None and joint.pose.attitude:
-        attitude = attitude_stream(replace(attitude, x=READINGS[joint.pose.attitude].true(attitude.x)))
-    if position is not None:
-        position = replace(position, x=position.x @ WORLD_AXES[joint.pose.axes].T / unit)
-    if rate is not None and joint.rate != Vector():
-        x = rate.x @ AXES[joint.rate.axes] / joint.rate.unit
-        if joint.rate.turn and attitude is not None:
-            q = attitude.at(rate.t)
-            turn = rotations.to_body if joint.rate.turn > 0 else rotations.to_world
-            x = turn(rotations.normalize(q), x)
-        good = np.isfinite(x).all(axis=1)
-        rate = replace(rate, t=rate.t[good], x=x[good])
-    return replace(ch, attitude=attitude, position=position, rate=rate)
 
 
 def _stream(other: Beside) -> Stream | None:

@@ -21,6 +21,7 @@ from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, 
 from infotraj.rotations import Array
 
 MOST_BLOCKS = 90
+PIECES = 3
 EDGE = 0.5
 ACCELERATION_NOISE = 0.15
 
@@ -35,7 +36,7 @@ WORLD_AXES: dict[str, Array] = {
 class Channels:
     """The streams of one flight that kinematics ties together (None where absent or derived from each other), the
     averaging width (s) for velocities and rates, the one for accelerations, and the sample times (n,) with their block
-    numbers (n,)."""
+    numbers (n,), counted in s from `start`."""
 
     attitude: Stream | None
     position: Stream | None
@@ -46,10 +47,11 @@ class Channels:
     wide: float
     centres: Array
     block: Array
+    start: float
 
 
-def channels(flight: Flight, airborne: Array, rate: tuple[str, ...] = RATE) -> Channels:
-    """Streams and sample times in the air. At most MOST_BLOCKS blocks of 1 s, spread evenly over the flight.
+def channels(flight: Flight, airborne: Array, most: int | None = MOST_BLOCKS) -> Channels:
+    """Streams and sample times in the air: at most `most` blocks of 1 s, in PIECES pieces spread over the flight.
 
     Columns that the metadata call `derived` are left out: they agree with their source by construction. Half a second
     beside take-off and landing is left out too: impacts say nothing about conventions.
@@ -62,18 +64,31 @@ def channels(flight: Flight, airborne: Array, rate: tuple[str, ...] = RATE) -> C
     attitude = own(ATTITUDE)
     attitude = attitude_stream(attitude) if attitude else None
     position, velocity = own(POSITION), own(VELOCITY)
-    rates, force = own(rate), own(SPECIFIC_FORCE)
+    rates, force = own(RATE), own(SPECIFIC_FORCE)
     steps = [s.step for s in (attitude, position, velocity) if s] or [s.step for s in (rates, force) if s] or [0.01]
     width = float(max(0.08, 2 * max(steps)))
     wide = acceleration_width(position, width)
     centres = _centres(flight.t, airborne, width)
     block = np.floor(centres - flight.t[0]).astype(int)
     labels = np.unique(block)
-    if len(labels) > MOST_BLOCKS:
-        chosen = labels[np.linspace(0, len(labels) - 1, MOST_BLOCKS).round().astype(int)]
+    if most is not None and len(labels) > most:
+        starts = np.linspace(0, len(labels) - most // PIECES, PIECES).round().astype(int)
+        chosen = labels[np.unique(starts[:, None] + np.arange(most // PIECES))]
         keep = np.isin(block, chosen)
         centres, block = centres[keep], block[keep]
-    return Channels(attitude, position, velocity, rates, force, width, wide, centres, block)
+        near = [_near(s, centres) for s in (attitude, position, velocity, rates, force)]
+        attitude, position, velocity, rates, force = near
+    return Channels(attitude, position, velocity, rates, force, width, wide, centres, block, float(flight.t[0]))
+
+
+def _near(stream: Stream | None, centres: Array) -> Stream | None:
+    # what lies far from every sample time is not looked at; the hole that it leaves is a gap
+    if stream is None:
+        return None
+    after = np.clip(np.searchsorted(centres, stream.t), 1, len(centres) - 1)
+    distance = np.minimum(np.abs(stream.t - centres[after - 1]), np.abs(stream.t - centres[after]))
+    keep = distance < 1.0
+    return Stream(stream.t[keep], stream.x[keep], stream.gap) if keep.sum() > 20 else None
 
 
 def derived_columns(flight: Flight) -> set[str]:

@@ -11,9 +11,10 @@ import pandas as pd
 from infotraj import rotations
 from infotraj.checking import outliers, timing
 from infotraj.checking.airborne import Airborne, airborne_rows, no_flight
-from infotraj.checking.beside import Beside, beside_findings, corrected
+from infotraj.checking.beside import Beside, beside_findings
 from infotraj.checking.clocks import Offset, offset, offset_findings
 from infotraj.checking.conventions import Verdict, convention_findings
+from infotraj.checking.correction import corrected
 from infotraj.checking.coverage import coverage, excitation_findings
 from infotraj.checking.divergence import contradictions, reference_not_followed, unexplained_rates
 from infotraj.checking.finding import Finding, Outcome, Span, ordered, outcome, usable_spans
@@ -143,7 +144,8 @@ def _kinematics(flight: Flight, air: Airborne, gravity: float, others: list[Besi
     findings = list(verdict.findings)
     if "force" not in table.identities:
         findings += force_unit_findings(flight, air.rows)
-    findings += contradictions(table, verdict, float(flight.t[0])) + unexplained_rates(table, verdict)
+    every = corrected(channels(flight, air.rows, most=None), verdict.joint)
+    findings += contradictions(every, verdict.joint.pose.down, gravity) + unexplained_rates(table, verdict)
     findings += _clocks(flight, ch, table, verdict)
     if not verdict.findings:
         findings += _response(flight, ch, table)
