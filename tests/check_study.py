@@ -60,6 +60,7 @@ def injected(groups):
     rows = []
     for group, flights in groups.items():
         for flight in flights:
+            print("injecting into", flight.meta["source"], file=sys.stderr, flush=True)
             for kind, (spoil, codes) in SPOILED.items():
                 if kind.startswith("velocity") and not flight.has(*V):
                     continue

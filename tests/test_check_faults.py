@@ -8,6 +8,7 @@ from check_flights import A, P, Q, V, W, _with, simulated
 from infotraj.checking import check, examine
 from infotraj.checking.airborne import airborne_rows
 from infotraj.flight import Flight
+from infotraj.vehicle import parse_vehicle
 
 FLIGHT = simulated(7, duration=20.0)
 T = FLIGHT.t
@@ -170,3 +171,19 @@ def test_no_table_is_too_strange(seed):
         ]
     result = examine(pd.DataFrame(columns))
     assert result.outcome in ("passed", "warning", "cut", "rejected")
+
+
+def quadrotor_in(unit):
+    """The flight with the rotor speeds that carry 2 kg on four rotors of 5e-6 N s^2/rad^2, in the given unit."""
+    rotor = {"axis": [0, 0, 1], "thrust_coefficient": 5e-6, "moment_constant": 0.01}
+    places = ([0.2, 0.2, 0], [-0.2, 0.2, 0], [-0.2, -0.2, 0], [0.2, -0.2, 0])
+    rotors = [{"name": f"r{k}", "position": p, "spin": (-1) ** k, **rotor} for k, p in enumerate(places)]
+    vehicle = parse_vehicle({"name": "quad", "mass": 2.0, "rotors": rotors})
+    speed = np.sqrt(2.0 * np.clip(FLIGHT.get("az")[:, 0], 0, None) / 4 / 5e-6) * np.where(T < 1.9, 0.1, 1.0)
+    return Flight(FLIGHT.table.assign(**{f"cmd_rotor_{k}": unit * speed for k in range(4)})), vehicle
+
+
+@pytest.mark.parametrize(("unit", "codes"), [(1.0, set()), (60 / (2 * np.pi), {"rotor_unit"})])
+def test_rotor_speeds_in_rpm_carry_too_much(unit, codes):
+    flight, vehicle = quadrotor_in(unit)
+    assert {f.code for f in check(flight, vehicle) if f.severity == "reject"} == codes

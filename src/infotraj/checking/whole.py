@@ -10,6 +10,7 @@ import pandas as pd
 
 from infotraj import rotations
 from infotraj.checking import outliers, timing
+from infotraj.checking.actuation import carrying_findings
 from infotraj.checking.airborne import Airborne, airborne_rows, no_flight
 from infotraj.checking.beside import Beside, beside_findings
 from infotraj.checking.clocks import Offset, offset, offset_findings
@@ -102,6 +103,7 @@ def examine(
         at = np.any([(flight.t >= a) & (flight.t <= b) for a, b in when], axis=0)
         flight = _voided(flight, at, (column,))
     findings += outliers.impossible_values(flight, air.rows)
+    findings += carrying_findings(flight, air.rows, vehicle)
     gravity = vehicle.gravity if vehicle else GRAVITY
     findings += _kinematics(flight, air, gravity, others)
     findings += reference_not_followed(flight, air.rows) + question_findings(flight)
