@@ -1,10 +1,13 @@
 """Lags are found to their stated uncertainty; drifts and impossible orders of cause and effect are named."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from check_flights import A, W, _shift, named, simulated
 
 from infotraj.checking import check, examine
+from infotraj.checking.across import lags_across
 from infotraj.checking.clocks import offset
 from infotraj.checking.streams import Stream
 
@@ -74,3 +77,12 @@ def test_a_mean_over_a_window_is_exact_for_straight_lines_and_never_crosses_a_ga
     np.testing.assert_allclose(mean[[0, 1, 3]], np.stack([3 * centre + 1, -centre], axis=1)[[0, 1, 3]], atol=1e-12)
     assert np.isnan(mean[2]).all()
     assert np.isnan(line.at(np.array([1.5, 5.0]))).all()
+
+
+def test_lags_that_differ_between_logs_are_one_finding():
+    one = examine(simulated(5, duration=12.0))
+    logs = [replace(one, lags={"onboard.rate": (lag, 0.003), "rate": (0.0, 0.001)}) for lag in (-0.02, 0.01, 0.04, 0.0)]
+    (finding,) = lags_across(logs)
+    assert finding.severity == "note"
+    assert "-20 to 40 ms over 4 logs" in finding.what
+    assert lags_across([replace(one, lags={"rate": (0.01, 0.003)})] * 4) == []

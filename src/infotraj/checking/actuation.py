@@ -28,7 +28,7 @@ def carrying_findings(flight: Flight, airborne: Array, vehicle: Vehicle | None) 
     found = []
     thrust = rotor_thrust(flight, vehicle)
     if thrust is not None:
-        ratio = float(_median(thrust[airborne])) / (vehicle.mass * felt)
+        ratio = _median(thrust[airborne]) / (vehicle.mass * felt)
         count = len(vehicle.rotors)
         found += _judged(ratio, "rotor_unit", "the rotor commands make", f"cmd_rotor_0..{count - 1}", ROTOR_UNITS)
     if flight.has(*COMMANDED_FORCE):

@@ -40,7 +40,7 @@ def check_command(
     if start is not None and stop is not None and stop <= start:
         raise UsageError(problem(f"--to {stop:g} is not after --from {start:g}", "--from below --to", "Swap them."))
     from infotraj.checking.logs import check_logs
-    from infotraj.checking.report import as_json, as_text
+    from infotraj.checking.report import across_text, as_json, as_text
     from infotraj.vehicle import load_vehicle
 
     believed = load_vehicle(vehicle) if vehicle is not None else None
@@ -48,6 +48,9 @@ def check_command(
     for check in check_logs(logs, mapping, believed, start, stop):
         checks.append(check)
         click.echo(as_text(check, notes=not quiet, details=verbose))
+    together = across_text(checks)
+    if together:
+        click.echo(together)
     if json_file is not None:
         _write(json_file, json.dumps(as_json(checks), indent=1, allow_nan=False))
     rejected = [c.source for c in checks if c.outcome == "rejected"]

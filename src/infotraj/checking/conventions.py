@@ -96,8 +96,8 @@ def _rivals(table: Table, best: Joint, at: int) -> list[Joint]:
             total = value + likelihood - other.penalty + getattr(best, name).penalty
             candidates.append((replace(best, **{name: other}), at, total))
     for joint, k, total in sorted(candidates, key=lambda c: -c[2]):
-        said = [_what(j) for j in (best, *found)]
-        fresh = _what(joint) not in said and bool(_changes(joint))
+        # another explanation, not the same one with something on top
+        fresh = bool(_changes(joint)) and not any(set(_what(j)) <= set(_what(joint)) for j in (best, *found))
         if fresh and total > value - RIVAL and _margin(table, joint, k, best, at) < HALF_AS_WELL_AGAIN:
             found.append(joint)
     return found

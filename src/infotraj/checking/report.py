@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import infotraj
+from infotraj.checking.across import lags_across
 from infotraj.checking.finding import Finding, plain, spans_text
 from infotraj.checking.whole import Check
 
@@ -33,10 +34,12 @@ def as_json(checks: list[Check]) -> dict[str, Any]:
                 "findings": [f.as_dict() for f in c.findings],
                 "coverage": plain(c.coverage),
                 "cannot_answer": c.unanswerable,
+                "lags": {name: {"lag": lag, "standard_error": error} for name, (lag, error) in c.lags.items()},
             }
             for c in checks
         ],
         "rejected": [c.source for c in checks if c.outcome == "rejected"],
+        "across": [f.as_dict() for f in lags_across(checks)],
         "coverage": plain(covered_together(checks)),
     }
 
@@ -54,6 +57,12 @@ def as_text(check: Check, notes: bool = True, details: bool = False) -> str:
             continue
         lines += _lines(finding, details or finding.severity != "note")
     return "\n".join(lines)
+
+
+def across_text(checks: list[Check]) -> str:
+    """What several logs say together, a line a finding; empty where there is nothing to say."""
+    found = lags_across(checks)
+    return "\n".join(["all logs:", *(line for f in found for line in _lines(f, True))]) if found else ""
 
 
 def covered_together(checks: list[Check]) -> dict[str, dict[str, float]]:
