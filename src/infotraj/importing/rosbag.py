@@ -35,7 +35,11 @@ class RosBag:
 
             self._ros = 1 if path.suffix == ".bag" else 2
             self._reader: Any = Reader1(path) if self._ros == 1 else Reader2(path)
-            self._reader.open()
+            try:
+                self._reader.open()
+            except KeyError as error:
+                # What the reader raises, bare, for schemas other than ROS 2's.
+                raise ValueError(f"schema encoding {error} is not ROS 2's") from error
             try:
                 self._definitions = Definitions(definitions, self._ros)
                 self._connections: dict[str, list[Any]] = {}
@@ -99,7 +103,18 @@ class RosBag:
                     "Give the folder that holds its package/msg.",
                 )
             )
-        return store.deserialize_ros1(raw, name) if self._ros == 1 else store.deserialize_cdr(raw, name)
+        try:
+            return store.deserialize_ros1(raw, name) if self._ros == 1 else store.deserialize_cdr(raw, name)
+        # Bytes that do not fit the definition fail in generated code, with any kind of error.
+        except Exception as error:
+            text = " ".join(str(error).split())[:120]
+            raise InputError(
+                problem(
+                    f"{self.path}: a message does not fit the definition of {name} ({text})",
+                    "the definition that the message was recorded with",
+                    "Give it with --definitions, or copy the bag again.",
+                )
+            ) from error
 
     def _store(self, name: str) -> Any:
         if name not in self._stores:
