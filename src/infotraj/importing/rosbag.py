@@ -138,7 +138,7 @@ class _Columns:
         self._plain = [n for n in request.numbers if "*" not in n]
         self._stars = [n for n in request.numbers if "*" in n]
         self._get = _getter(self._plain)
-        self._star_parts = [_parts(n) for n in self._stars]
+        self._star_get = [_array_getter(n) for n in self._stars]
         self._times = [_time_getter(t) for t in request.times]
         self._record = array("q")
         self._flat = array("d")
@@ -149,8 +149,8 @@ class _Columns:
     def add(self, record: int, message: Any) -> None:
         try:
             self._flat.extend(self._get(message))
-            for flat, count, parts in zip(self._star_flat, self._star_count, self._star_parts, strict=True):
-                values = _walk(parts, message)
+            for flat, count, get_array in zip(self._star_flat, self._star_count, self._star_get, strict=True):
+                values = get_array(message)
                 flat.extend(values)
                 count.append(len(values))
             for column, get in zip(self._time_values, self._times, strict=True):
@@ -225,6 +225,13 @@ def _getter(names: list[str]) -> Callable[[Any], Any]:
         get = attrgetter(names[0])
         return lambda message: (get(message),)
     return attrgetter(*names)
+
+
+def _array_getter(name: str) -> Callable[[Any], Any]:
+    if name.endswith("[*]") and "[" not in name[:-3]:
+        return attrgetter(name[:-3])
+    parts = _parts(name)
+    return lambda message: _walk(parts, message)
 
 
 def _time_getter(name: str) -> Callable[[Any], int]:
