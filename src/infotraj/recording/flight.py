@@ -129,7 +129,7 @@ def _about(flight: Flight, vehicle: Vehicle, learned: bool, rollout: bool) -> rr
     known = {k: v for k, v in flight.meta.items() if isinstance(v, str | int | float) and k != "source"}
     lines = [
         f"**{kind} of {vehicle.name}**, {flight.t[-1] - flight.t[0]:.1f} s, {len(vehicle.rotors)} rotors, "
-        f"{len(vehicle.tilts)} tilting arms. " + ", ".join(f"{k}: {v}" for k, v in known.items()),
+        f"{len(vehicle.tilts)} tilting arms.",
         "",
         "Orange arrows: thrust of each rotor (k_F w^2 of the commanded speed) along its axis; a lower rotor's arrow "
         "ends at its disc. Discs: blue turns counter-clockwise, pink clockwise. Red arrow: forward.",
@@ -138,4 +138,5 @@ def _about(flight: Flight, vehicle: Vehicle, learned: bool, rollout: bool) -> rr
     ]
     if learned:
         lines += ["", "Tab Residual: what the learned model expects at the commanded wrench, with its two-sigma band."]
+    lines += ["", ", ".join(f"{k}: {v}" for k, v in known.items())]
     return rr.TextDocument("\n".join(lines), media_type=rr.MediaType.MARKDOWN)

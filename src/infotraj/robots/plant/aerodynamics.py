@@ -207,3 +207,36 @@ def rotor_wrench(rotors, thrust, position, direction, wrench):
         wrench[3] += p[1] * fz - p[2] * fy + rotors[i].moment * fx
         wrench[4] += p[2] * fx - p[0] * fz + rotors[i].moment * fy
         wrench[5] += p[0] * fy - p[1] * fx + rotors[i].moment * fz
+
+
+@njit(cache=True, error_model="numpy")
+def drive(rotors, air, axes, zero, arms, command, dt, speed, qpos, qvel, thrust, applied, achieved):
+    """One step of the actuators and the air for the rigid-body simulation.
+
+    Advances `speed` (rotors,) rad/s by dt towards `command`; fills `thrust` (rotors,) N, `applied` (6,): the air's
+    force in the world and torque in the body frame at the origin, and `achieved` (6,): true wrench of rotors and air
+    about the origin, body frame. qpos, qvel: MuJoCo's state, free joint first, arms at the addresses `arms`.
+    """
+    n, m = rotors.shape[0], axes.shape[0]
+    position, direction = np.empty((n, 3)), np.empty((n, 3))
+    square, loss, tilt = np.empty(n), np.empty(n), np.empty(m)
+    velocity, wrench = np.empty(3), np.zeros(6)
+    for i in range(m):
+        tilt[i] = qpos[arms[i]] + zero[i]
+    w, x, y, z = qpos[3], qpos[4], qpos[5], qpos[6]
+    R = np.empty((3, 3))
+    R[0, 0], R[0, 1], R[0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)
+    R[1, 0], R[1, 1], R[1, 2] = 2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)
+    R[2, 0], R[2, 1], R[2, 2] = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
+    for c in range(3):
+        velocity[c] = R[0, c] * qvel[0] + R[1, c] * qvel[1] + R[2, c] * qvel[2]
+    rate = qvel[3:6]
+    spin_up(rotors, command, dt, speed, square)
+    frames(rotors, axes, tilt, position, direction)
+    thrusts(rotors, air, square, velocity, rate, position, direction, loss, thrust)
+    drag(rotors, air, square, velocity, rate, position, direction, wrench)
+    for c in range(3):
+        applied[c] = R[c, 0] * wrench[0] + R[c, 1] * wrench[1] + R[c, 2] * wrench[2]
+        applied[3 + c] = wrench[3 + c]
+    rotor_wrench(rotors, thrust, position, direction, wrench)
+    achieved[:] = wrench

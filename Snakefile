@@ -1,0 +1,24 @@
+# The whole experiment: `snakemake --cores 2`. Stages in workflow/rules, what they call in src/infotraj/experiment.
+
+
+include: "workflow/rules/common.smk"
+include: "workflow/rules/runs.smk"
+include: "workflow/rules/prior.smk"
+include: "workflow/rules/execution.smk"
+include: "workflow/rules/candidates.smk"
+include: "workflow/rules/learning.smk"
+include: "workflow/rules/evaluation.smk"
+include: "workflow/rules/correlation.smk"
+include: "workflow/rules/pool.smk"
+include: "workflow/rules/recordings.smk"
+include: "workflow/rules/figures.smk"
+
+
+rule all:
+    default_target: True
+    input:
+        results(),
+
+
+onerror:
+    awaited()

@@ -1,0 +1,1 @@
+"""The controller of eq. 20: feedforward, PID on position and attitude, inversion of h + mu."""

@@ -1,0 +1,143 @@
+"""The experiment's configuration: typed, closed to unknown keys, with units and defaults in one place.
+
+`config/config.yaml` and `workflow/schemas/config.schema.json` are written from this module.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Literal
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from infotraj.control.gains import Gains
+from infotraj.errors import UsageError, problem
+from infotraj.vehicle import Positive, validation_line
+
+Count = Annotated[int, Field(ge=1)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class FigureEight(_Strict):
+    """A figure of eight in attitude at a fixed position."""
+
+    amplitude_deg: Positive = Field(26.0, description="greatest roll and pitch, deg")
+    period: Positive = Field(9.0, description="s for one roll and two pitch cycles")
+    cycles: Count = Field(2, description="how often the figure is flown")
+
+
+class Pitch(_Strict):
+    """The pitching task of Fig. 2."""
+
+    amplitude_deg: Positive = Field(60.0, description="greatest pitch, deg")
+    peak_acceleration: Positive = Field(1.0, description="greatest pitch acceleration, rad/s^2")
+    cycles: Count = Field(3, description="how often it swings")
+
+
+class Deviations(_Strict):
+    """The set that deviations are sampled from (eq. 17), in the vehicle's limits."""
+
+    max_acceleration: Positive = Field(5.0, description="greatest amplitude of a term, rad/s^2")
+    min_frequency: Positive = Field(0.1, description="Hz")
+    max_frequency: Positive = Field(2.0, description="Hz, the paper's bound")
+    max_angle_deg: Positive = Field(30.0, description="greatest deviation an axis, deg")
+    terms: Count = Field(2, description="P of eq. 17")
+
+
+class Learning(_Strict):
+    """How a Gaussian process is learned from a flight."""
+
+    window: Positive = Field(0.15, description="s, window of the rate's slope and of the same mean over commands")
+    response_of_model: bool = Field(
+        True, description="commands pass the declared actuator lags before they are compared with what was achieved"
+    )
+    ard: bool = Field(True, description="one lengthscale an input, else one for all")
+    lengthscale_prior: bool = Field(True, description="log-normal prior on lengthscales: 20 points do not fix six")
+    input_scale: tuple[Positive, Positive, Positive, Positive, Positive, Positive] | None = Field(
+        (5.0, 5.0, 5.0, 3.0, 3.0, 3.0),
+        description="spread that the prior expects of the inputs, m/s^2 and rad/s^2 (half the weight; what attitude "
+        "control asks for); null: the spread of the data, which misjudges an input that the flight hardly moved",
+    )
+    restarts: Annotated[int, Field(ge=0)] = Field(2, description="further starts of the hyperparameter search")
+
+
+class Selection(_Strict):
+    """How candidates are simulated and scored (eq. 12 to 18)."""
+
+    candidates: Count = Field(20, description="candidate references")
+    draws: Count = Field(10, description="draws of the residual a candidate")
+    region: Literal["visited", "uniform"] = Field(
+        "visited", description="visited: the inputs of the simulated task; uniform: all within epsilon of them (eq. 15)"
+    )
+    region_points: Count = Field(1000, description="points of the region")
+    task_draws: Count = Field(10, description="simulations of the task that span the region (M of eq. 14)")
+    epsilon: Positive | None = Field(None, description="m/s^2 and rad/s^2; null: from simulation, as in Sec. V-A")
+    hyperparameter_samples: Count = Field(1, description="models, from the hyperparameters' posterior, to average over")
+    estimate_noise: tuple[NotNegative, NotNegative, NotNegative, NotNegative] = Field(
+        (0.001, 0.002, 0.01, 0.01), description="white error of the simulated estimate: m, rad, m/s, rad/s"
+    )
+
+
+class Correlation(_Strict):
+    """Fig. 2: does the cost predict the error?"""
+
+    candidates: Count = Field(30, description="candidates flown, learned and evaluated, besides the task itself")
+    points: Count = Field(40, description="points learned from each")
+
+
+class Pool(_Strict):
+    """The scenario on recorded real flights."""
+
+    seeds: Count = Field(5, description="repetitions of the subsets and the hyperparameter search")
+
+
+class ExperimentConfig(_Strict):
+    """Everything that the workflow's rules read."""
+
+    vehicle: str = Field("config/vehicles/omav.yaml", description="vehicle file: what is believed")
+    plants: tuple[str, ...] = Field(
+        ("omav_a", "omav_b", "omav_c"), min_length=1, description="plants in config/plants, each flown by all seeds"
+    )
+    seeds: Count = Field(10, description="repetitions on each plant; a seed varies noise, draws and candidates")
+    base_seed: Annotated[int, Field(ge=0)] = Field(0, description="from which every seed is derived")
+    execution: Literal["plant", "log"] = Field("plant", description="who flies: the MuJoCo plant, or you")
+    flights: str = Field("flights", description="with `execution: log`, the folder where flight tables are put")
+    iterations: Count = Field(1, description="how often an informative flight is chosen, flown and learned")
+    sample_time: Positive = Field(0.01, description="s, period of the controller and of references")
+    prior_points: Count = Field(20, description="points of the prior model")
+    added_points: tuple[Count, ...] = Field((20, 40, 60, 80), min_length=1, description="points added, Fig. 4")
+    task: FigureEight = FigureEight()
+    modified: FigureEight = FigureEight(amplitude_deg=43.0)
+    pitch: Pitch = Pitch()
+    deviations: Deviations = Deviations()
+    learning: Learning = Learning()
+    selection: Selection = Selection()
+    correlation: Correlation = Correlation()
+    gains: Gains = Gains()
+    data_dir: str | None = Field(None, description="folder of the real flights where INFOTRAJ_DATA is not set")
+    pool: Pool = Pool()
+
+
+def load(content: Mapping[str, object] | None, source: str = "config") -> ExperimentConfig:
+    """A configuration from the content of its file. UsageError, one line, for a key that does not exist."""
+    if not isinstance(content, Mapping):
+        raise UsageError(problem(f"{source}: no mapping", "the keys of config/config.yaml", "Correct the file."))
+    try:
+        return ExperimentConfig.model_validate(dict(content))
+    except ValidationError as error:
+        raise UsageError(f"{source}: {validation_line(error)}") from error
+
+
+def read(path: str | Path) -> ExperimentConfig:
+    """Reads a configuration file (YAML). UsageError, one line, where it cannot be used."""
+    try:
+        content = yaml.safe_load(Path(path).read_text())
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise UsageError(problem(f"{path}: cannot be read ({error})", "a YAML file", "Check the path.")) from error
+    return load(content, str(path))

@@ -1,0 +1,1 @@
+"""Which reference teaches the model most: simulation, region, cost and selection (Sec. III)."""

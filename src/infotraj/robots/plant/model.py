@@ -1,0 +1,280 @@
+"""The plant's bodies in MuJoCo: a free body, an arm for each tilt, a thruster for each rotor. Imports mujoco alone.
+
+Each tilt's servo is a position actuator with limited force on a damped hinge, J q'' = clip(kp (r - q), +-F) - kv q'.
+At the limit it turns at F / kv, its greatest rate; below, it is the second-order servo that the truth states, or with
+a small J / kv the first-order lag kv / kp. Dead time is the actuator's `delay`. Where there is play, the servo is a
+hinge of its own and a tendon with a small range couples it to the arm, which stays where its bearing holds it. A zero
+error turns the arm's frame against its joint. The rotor's reaction torque is its thruster's `gear`.
+"""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+
+import mujoco
+import numpy as np
+
+from infotraj.errors import InfotrajError, InputError, problem
+from infotraj.robots.plant.truth import Lag, Truth
+from infotraj.rotations import Array, exp
+from infotraj.vehicle import Vehicle
+
+# Reflected inertia of a servo and its load, kg m^2: with the 2020 servo's damping, 8 rad/s then take 1.4 N m, the
+# stall torque of the Dynamixel XL430 class that turns such arms (assumed). A gear's armature has no reaction.
+SERVO_INERTIA = 0.011
+# J / kv of a first-order servo, s: short beside its lag, not shorter than a time step.
+FAST_TIME_CONSTANT = 1e-3
+# The play's stop: time constant of its contact (s), twice the time step, the shortest that MuJoCo takes.
+STOP_TIME_CONSTANT = 2e-3
+# A hinge needs a body; the servo's side of the play is this light (kg, kg m^2).
+HORN_MASS, HORN_INERTIA = 1e-6, 1e-9
+
+
+class Bodies:
+    """The compiled model with its state, and views into it that stay valid.
+
+    position (3,) m and velocity (3,) m/s, world; attitude (4,) w, x, y, z; rate (3,) rad/s, body; tilt addresses of
+    the arms in qpos; thrust (rotors,) N and servo (tilts,) rad, the controls; applied (6,): force (N) in the world,
+    torque (N m) in the body frame, at the body's origin; specific_force (3,) m/s^2 and gyro (3,) rad/s at the origin.
+    """
+
+    def __init__(self, vehicle: Vehicle, truth: Truth, timestep: float) -> None:
+        truth.check(vehicle, truth.name)
+        self.name, self.timestep = truth.name, timestep
+        self.model = mujoco.MjModel.from_xml_string(model_xml(vehicle, truth, timestep))
+        self.data = mujoco.MjData(self.model)
+        n, m = len(vehicle.rotors), len(vehicle.tilts)
+        d = self.data
+        self.qpos, self.qvel, self.qacc = d.qpos, d.qvel, d.qacc
+        self.position, self.attitude = d.qpos[0:3], d.qpos[3:7]
+        self.velocity, self.rate = d.qvel[0:3], d.qvel[3:6]
+        self.angular_acceleration = d.qacc[3:6]
+        self.thrust, self.servo = d.ctrl[:n], d.ctrl[n : n + m]
+        self.applied = d.qfrc_applied[:6]
+        self.specific_force, self.gyro = d.sensordata[0:3], d.sensordata[3:6]
+        self.arm_address = np.array([self.model.joint(f"arm_{i}").qposadr[0] for i in range(m)], dtype=np.int64)
+        self._horn_address = [
+            self.model.joint(f"servo_{i}").qposadr[0] if truth.servos.play[i] > 0 else None for i in range(m)
+        ]
+        self._zero = np.array(truth.servos.zero_error if truth.servos else (), dtype=float)
+        self._rotors = n
+
+    def reset(self, position: Array, attitude: Array, tilt_command: Array) -> None:
+        """At rest at a pose, servos settled at their commands (tilts,) rad for longer than any dead time."""
+        mujoco.mj_resetData(self.model, self.data)
+        self.position[:], self.attitude[:] = position, attitude
+        self.servo[:] = tilt_command
+        for i, angle in enumerate(tilt_command):
+            self.qpos[self.arm_address[i]] = angle
+            if self._horn_address[i] is not None:
+                self.qpos[self._horn_address[i]] = angle
+            actuator = self._rotors + i
+            samples = self.model.actuator_history[actuator, 0]
+            if samples > 0:
+                mujoco.mj_initCtrlHistory(self.model, self.data, actuator, None, np.full(samples, float(angle)))
+
+    def forward(self) -> None:
+        """Accelerations and sensors of the present state; time stands."""
+        mujoco.mj_forward(self.model, self.data)
+
+    def step(self) -> None:
+        """One time step with the present controls and applied force."""
+        mujoco.mj_step(self.model, self.data)
+
+    def tilts(self) -> Array:
+        """True tilts (tilts,) rad: where the arms stand, zero error included."""
+        return self.qpos[self.arm_address] + self._zero
+
+    def check(self, t: float) -> None:
+        """InfotrajError, one line with the flight's time t (s), once a state or a control is no number or too large."""
+        bad = [
+            name
+            for name, kind in (
+                ("position", mujoco.mjtWarning.mjWARN_BADQPOS),
+                ("velocity", mujoco.mjtWarning.mjWARN_BADQVEL),
+                ("acceleration", mujoco.mjtWarning.mjWARN_BADQACC),
+                ("control", mujoco.mjtWarning.mjWARN_BADCTRL),
+            )
+            if self.data.warning[kind].number
+        ]
+        if bad:
+            raise InfotrajError(
+                problem(
+                    f"{self.name}: the simulation diverged before t = {t:.2f} s ({', '.join(bad)})",
+                    "finite states and commands",
+                    "Check the controller's gains and commands.",
+                )
+            )
+
+    def mass_properties(self) -> tuple[float, Array, Array]:
+        """Total mass (kg), centre of mass (3,) m and inertia about it (3, 3) kg m^2 in the body's frame, as placed."""
+        m, d = self.model, self.data
+        mujoco.mj_forward(m, d)
+        body = d.xmat[1].reshape(3, 3)
+        masses = m.body_mass[1:]
+        center = masses @ d.xipos[1:] / masses.sum()
+        inertia = np.zeros((3, 3))
+        for mass, place, turned, principal in zip(masses, d.xipos[1:], d.ximat[1:], m.body_inertia[1:], strict=True):
+            axes, r = turned.reshape(3, 3), place - center
+            inertia += axes @ np.diag(principal) @ axes.T + mass * (np.dot(r, r) * np.eye(3) - np.outer(r, r))
+        return float(masses.sum()), body.T @ (center - d.xpos[1]), body.T @ inertia @ body
+
+    def momentum(self) -> tuple[Array, Array]:
+        """Linear (kg m/s) and angular momentum (kg m^2/s) about the total centre of mass, world axes, (3,) each."""
+        m, d = self.model, self.data
+        mujoco.mj_forward(m, d)
+        mujoco.mj_subtreeVel(m, d)
+        return m.body_subtreemass[1] * d.subtree_linvel[1], d.subtree_angmom[1].copy()
+
+    def energy(self) -> float:
+        """Potential and kinetic energy (J), the servos' turning gears included."""
+        mujoco.mj_forward(self.model, self.data)
+        mujoco.mj_energyPos(self.model, self.data)
+        mujoco.mj_energyVel(self.model, self.data)
+        return float(self.data.energy.sum())
+
+
+def model_xml(vehicle: Vehicle, truth: Truth, timestep: float) -> str:
+    """The MJCF of a plant. Totals of mass, centre of mass and inertia at zero tilts are exactly the truth's."""
+    root = ET.Element("mujoco", model=truth.name)
+    ET.SubElement(root, "compiler", angle="radian", inertiafromgeom="false", autolimits="true")
+    option = ET.SubElement(
+        root, "option", timestep=_text(timestep), gravity=_text(0, 0, -vehicle.gravity), integrator="implicitfast"
+    )
+    # MuJoCo would otherwise answer NaN with a silent restart.
+    ET.SubElement(option, "flag", autoreset="disable", contact="disable")
+    worldbody = ET.SubElement(root, "worldbody")
+    base = ET.SubElement(worldbody, "body", name="vehicle")
+    ET.SubElement(base, "freejoint", name="free")
+    _inertial(base, *_base_inertia(vehicle, truth))
+    ET.SubElement(base, "site", name="imu")
+    actuators, tendons = ET.Element("actuator"), ET.Element("tendon")
+    arms = [_arm(base, tendons, vehicle, truth, i) for i in range(len(vehicle.tilts))]
+    for i, rotor in enumerate(vehicle.rotors):
+        body = base if rotor.tilt is None else arms[rotor.tilt]
+        ET.SubElement(body, "site", name=rotor.name, pos=_text(*rotor.position), zaxis=_text(*rotor.axis))
+        torque = -rotor.spin * rotor.moment_constant * truth.rotors.moment_factor[i]
+        ET.SubElement(actuators, "motor", name=rotor.name, site=rotor.name, gear=_text(0, 0, 1, 0, 0, torque))
+    for i in range(len(vehicle.tilts)):
+        _servo(actuators, truth, i, timestep)
+    root.append(actuators)
+    if len(tendons):
+        root.append(tendons)
+    sensor = ET.SubElement(root, "sensor")
+    ET.SubElement(sensor, "accelerometer", site="imu")
+    ET.SubElement(sensor, "gyro", site="imu")
+    return ET.tostring(root, encoding="unicode")
+
+
+def servo_gains(truth: Truth) -> tuple[float, float, float]:
+    """Stiffness kp (N m/rad), damping kv (N m s/rad) and force limit F (N m) of a tilt's servo."""
+    servo = truth.servos.dynamics
+    if isinstance(servo, Lag):
+        kv = SERVO_INERTIA / min(FAST_TIME_CONSTANT, 0.25 * servo.time_constant)
+        kp = kv / servo.time_constant
+    else:
+        kp = SERVO_INERTIA * servo.natural_frequency**2
+        kv = 2.0 * servo.damping_ratio * servo.natural_frequency * SERVO_INERTIA
+    return kp, kv, kv * truth.servos.max_rate
+
+
+def _arm(base: ET.Element, tendons: ET.Element, vehicle: Vehicle, truth: Truth, i: int) -> ET.Element:
+    axis = vehicle.tilts[i].axis
+    _, kv, _ = servo_gains(truth)
+    armature, damping = SERVO_INERTIA - truth.arm.inertia[0], kv - truth.arm.bearing_damping
+    if armature <= 0 or damping <= 0:
+        raise InputError(
+            problem(
+                f"{truth.name}: arm inertia {truth.arm.inertia[0]} kg m^2 or bearing damping "
+                f"{truth.arm.bearing_damping} N m s/rad is more than its servo moves",
+                f"below {SERVO_INERTIA} kg m^2 and {kv:.3g} N m s/rad",
+                "Make the arm lighter.",
+            )
+        )
+    arm = ET.SubElement(base, "body", name=f"arm_{i}", quat=_text(*exp(truth.servos.zero_error[i] * np.asarray(axis))))
+    joint = ET.SubElement(arm, "joint", name=f"arm_{i}", type="hinge", axis=_text(*axis))
+    mass, center, inertia = _arm_inertia(vehicle, truth, i)
+    _inertial(arm, mass, center, inertia)
+    play = truth.servos.play[i]
+    if play == 0.0:
+        joint.set("armature", _text(armature))
+        joint.set("damping", _text(kv))
+        return arm
+    joint.set("damping", _text(truth.arm.bearing_damping))
+    horn = ET.SubElement(base, "body", name=f"servo_{i}")
+    ET.SubElement(
+        horn, "joint", name=f"servo_{i}", type="hinge", axis=_text(*axis), armature=_text(armature),
+        damping=_text(damping),
+    )  # fmt: skip
+    _inertial(horn, HORN_MASS, np.zeros(3), HORN_INERTIA * np.eye(3))
+    fixed = ET.SubElement(
+        tendons, "fixed", name=f"play_{i}", range=_text(-play, play), solreflimit=_text(STOP_TIME_CONSTANT, 1.0)
+    )
+    ET.SubElement(fixed, "joint", joint=f"servo_{i}", coef="1")
+    ET.SubElement(fixed, "joint", joint=f"arm_{i}", coef="-1")
+    return arm
+
+
+def _servo(actuators: ET.Element, truth: Truth, i: int, timestep: float) -> None:
+    kp, _, limit = servo_gains(truth)
+    joint = f"servo_{i}" if truth.servos.play[i] > 0 else f"arm_{i}"
+    servo = ET.SubElement(
+        actuators, "position", name=f"servo_{i}", joint=joint, kp=_text(kp), forcerange=_text(-limit, limit)
+    )
+    dead_time = getattr(truth.servos.dynamics, "dead_time", 0.0)
+    if dead_time > 0:
+        servo.set("delay", _text(dead_time))
+        servo.set("nsample", str(math.ceil(dead_time / timestep - 1e-9)))
+
+
+def _arm_inertia(vehicle: Vehicle, truth: Truth, i: int) -> tuple[float, Array, Array]:
+    """Mass, centre and inertia about it of arm i at zero tilt, in the body's frame."""
+    axis = np.asarray(vehicle.tilts[i].axis)
+    rotors = [r for r in vehicle.rotors if r.tilt == i]
+    along = float(np.mean([np.dot(axis, r.position) for r in rotors])) if rotors else 0.0
+    thrust = np.asarray(rotors[0].axis if rotors else (0.0, 0.0, 1.0))
+    thrust = thrust - np.dot(thrust, axis) * axis
+    thrust /= np.linalg.norm(thrust)
+    axes = np.column_stack([axis, np.cross(thrust, axis), thrust])
+    return truth.arm.mass, along * axis, axes @ np.diag(truth.arm.inertia) @ axes.T
+
+
+def _base_inertia(vehicle: Vehicle, truth: Truth) -> tuple[float, Array, Array]:
+    """What is left for the free body when the arms are taken out of the truth's totals."""
+    parts = [_arm_inertia(vehicle, truth, i) for i in range(len(vehicle.tilts))]
+    if truth.servos:
+        parts += [(HORN_MASS, np.zeros(3), HORN_INERTIA * np.eye(3)) for play in truth.servos.play if play > 0]
+    mass = truth.mass - sum(p[0] for p in parts)
+    center = np.asarray(truth.center_of_mass)
+    about_origin = truth.inertia.matrix() + _steiner(truth.mass, center)
+    moment = truth.mass * center
+    for part_mass, place, inertia in parts:
+        about_origin -= inertia + _steiner(part_mass, place)
+        moment = moment - part_mass * place
+    if mass > 0:
+        center = moment / mass
+        inertia = about_origin - _steiner(mass, center)
+        principal = np.linalg.eigvalsh(inertia)
+        if principal[0] > 0 and principal[0] + principal[1] >= principal[2]:
+            return mass, center, inertia
+    raise InputError(
+        problem(
+            f"{truth.name}: no body is left when the arms of {truth.arm.mass if truth.arm else 0} kg are taken out",
+            "a positive mass and an inertia that a body can have",
+            "Make `arm` lighter.",
+        )
+    )
+
+
+def _steiner(mass: float, r: Array) -> Array:
+    return mass * (np.dot(r, r) * np.eye(3) - np.outer(r, r))
+
+
+def _inertial(body: ET.Element, mass: float, center: Array, inertia: Array) -> None:
+    full = (inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2])
+    ET.SubElement(body, "inertial", pos=_text(*center), mass=_text(mass), fullinertia=_text(*full))
+
+
+def _text(*numbers: float) -> str:
+    return " ".join(f"{x:.17g}" for x in numbers)

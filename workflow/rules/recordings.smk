@@ -1,0 +1,22 @@
+"""Every flight of a run as a rerun recording."""
+
+
+rule record:
+    input:
+        vehicle=CONFIG.vehicle,
+        flights=list(recorded()),
+        models=list(recorded().values()),
+    output:
+        recordings=[recording(flight) for flight in recorded()],
+    log:
+        f"{RUN_LOG}/record.log",
+    benchmark:
+        f"{RUN_BENCHMARK}/record.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    params:
+        code=code("recordings"),
+        settings=settings("vehicle", "learning"),
+    script:
+        "../scripts/record.py"
