@@ -184,10 +184,11 @@ def _uneven_row(path: Path, delimiter: str, expected: int) -> tuple[int, int, bo
             if b'"' in block:
                 return None
             data = np.frombuffer(block, dtype=np.uint8)
-            ends = np.flatnonzero(data == 10)
-            before = np.concatenate([[0], np.cumsum(data == mark)])
-            counts = np.diff(np.concatenate([[0], before[ends]]))
-            lengths = np.diff(np.concatenate([[-1], ends])) - 1
+            marks = np.flatnonzero((data == mark) | (data == 10))
+            line_ends = np.flatnonzero(data[marks] == 10)
+            ends = marks[line_ends]
+            counts = np.diff(line_ends, prepend=-1) - 1
+            lengths = np.diff(ends, prepend=-1) - 1
             if ends.size:
                 counts[0] += carried
                 lengths[0] += length
@@ -199,9 +200,9 @@ def _uneven_row(path: Path, delimiter: str, expected: int) -> tuple[int, int, bo
                     is_last = k == ends.size - 1 and ends[-1] == data.size - 1 and not file.peek(1)
                     return row + 1 + k, int(counts[k]) + 1, is_last
                 row += ends.size
-                carried, length = int(before[-1] - before[ends[-1]]), int(data.size - 1 - ends[-1])
+                carried, length = int(marks.size - 1 - line_ends[-1]), int(data.size - 1 - ends[-1])
             else:
-                carried, length = carried + int(before[-1]), length + data.size
+                carried, length = carried + int(marks.size), length + data.size
     if length > 0 and carried != expected and row >= 0:
         return row + 1, carried + 1, True
     return None
