@@ -31,11 +31,11 @@ def interval(hits, n):
     return [float(low), float(high)]
 
 
-def made_up(seeds):
+def made_up(seeds, duration=24.0):
     for k in seeds:
         kind = "quadrotor" if k % 2 else "omav"
         rate = (50.0, 100.0, 200.0, 500.0)[k % 4]
-        yield simulated(k, kind, rate_hz=rate, duration=24.0, noise=(0.33, 1.0, 2.0)[k % 3])
+        yield simulated(k, kind, rate_hz=rate, duration=duration, noise=(0.33, 1.0, 2.0)[k % 3])
 
 
 def real():
@@ -109,7 +109,7 @@ if __name__ == "__main__":
     few = "--few" in sys.argv
     groups = {
         "nanobench": (lambda: list(real())[:: 7 if few else 1],) * 2,
-        "made up": (lambda: made_up(range(2 if few else 10)), lambda: made_up(range(100, 102 if few else 130))),
+        "made up": (lambda: made_up(range(2 if few else 10)), lambda: made_up(range(100, 102 if few else 200), 34.0)),
         "mujoco omav": (lambda: plant_flights(1 if few else 2), lambda: plant_flights(1 if few else 3)),
     }
     asked = sys.argv[sys.argv.index("--only") + 1 :] if "--only" in sys.argv else list(groups)
