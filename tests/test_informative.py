@@ -11,7 +11,7 @@ from infotraj.control.gains import Gains
 from infotraj.informative import region
 from infotraj.informative.cost import Scorer
 from infotraj.informative.simulation import EstimateNoise, Simulator, _advance
-from infotraj.residual.draws import PosteriorDraws
+from infotraj.residual.draws import MarginalDraws, PosteriorDraws
 from infotraj.residual.gaussian_process import GaussianProcess
 from infotraj.residual.subset import k_medoids
 from infotraj.trajectories.tasks import figure_eight
@@ -117,3 +117,34 @@ def test_cost_falls_with_points_and_is_the_conditioned_variance():
     added = flights[0, 0][k_medoids(flights[0, 0], 5, own)]
     direct = process.condition(added, np.zeros((5, 3))).variance(where).sum() / 200
     assert few[0, 0] == pytest.approx(direct, rel=1e-8)
+
+
+def test_a_rollout_keeps_the_states_that_its_commands_belong_to():
+    process = a_process()
+    draws = PosteriorDraws.sample(process, np.random.default_rng(1), 2)
+    simulator = Simulator(OMAV, process)
+    commands, moved = simulator.rollout(TASK, draws, np.random.default_rng(0))
+    np.testing.assert_array_equal(commands, simulator.commands([TASK], draws, np.random.default_rng(0))[0])
+    np.testing.assert_array_equal(moved[:, 0], np.repeat([moved[0, 0]], 2, axis=0))  # both start on the task
+    np.testing.assert_allclose(moved[0, 0, :3], TASK.position[0])
+    assert rotations.angle_between(moved[:, :, 3:7], TASK.attitude).max() < 0.5
+    slope = np.gradient(moved[0, :, 10], TASK.dt)[5:-5]
+    achieved = (commands[0] + np.concatenate([np.zeros((len(TASK.t), 3)), draws(commands)[0]], axis=1))[5:-5, 3]
+    assert np.abs(slope - achieved).mean() < 0.1 * np.abs(achieved).mean() + 0.05
+
+
+def test_fresh_marginal_draws_shake_the_commands_more_than_one_consistent_function():
+    """White residuals average out over a flight, so the mean command keeps closer to that of mu alone, while neighbours
+    in time differ more: the two readings of eq. 12."""
+    process = a_process(noise=0.5)
+    simulator = Simulator(OMAV, process)
+    one = simulator.commands(
+        [TASK], PosteriorDraws.sample(process, np.random.default_rng(1), 20), np.random.default_rng(0)
+    )
+    fresh = simulator.commands([TASK], MarginalDraws(process, np.random.default_rng(1), 20), np.random.default_rng(0))
+
+    def roughness(commands):
+        return np.abs(np.diff(commands[0, :, 50:, 3:], axis=1)).mean()
+
+    assert roughness(fresh) > 1.1 * roughness(one)
+    assert fresh[0].mean(axis=1).std(axis=0)[3:].sum() < one[0].mean(axis=1).std(axis=0)[3:].sum()
