@@ -1,0 +1,170 @@
+"""From a log to a flight table: its streams on one clock, what follows from them derived, and how it was done said."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from infotraj.errors import InputError, problem
+from infotraj.flight import Flight
+from infotraj.importing import clock, derive, resample
+from infotraj.importing.channels import CHANNELS, Resample
+from infotraj.importing.mapping import Mapping
+from infotraj.importing.metadata import channel_origin, table_metadata
+from infotraj.importing.plausible import require_plausible
+from infotraj.importing.reading import Stream, Streams, leading_feed, read_streams
+from infotraj.rotations import Array
+
+
+def import_log(
+    path: str | Path,
+    mapping: Mapping | str | Path | None = None,
+    *,
+    start: float | None = None,
+    stop: float | None = None,
+    definitions: tuple[Path, ...] = (),
+    allow_damaged: bool = False,
+    rows: str | None = None,
+) -> Flight:
+    """A log as a flight table (SI, world z up, body x forward y left z up).
+
+    mapping: a Mapping, the name of a shipped one, the path of a mapping file, or None to choose by looking at the log.
+    start, stop: s, on the table's t; start <= t < stop. definitions: message definitions that a bag lacks.
+    rows: a channel whose samples make the rows, or a rate in Hz; default: as the mapping says.
+    InputError where the log cannot be used, UsageError where the mapping is wrong.
+    """
+    path = Path(path)
+    read = read_streams(path, mapping, definitions=definitions, allow_damaged=allow_damaged)
+    return to_flight(read, start=start, stop=stop, rows=rows)
+
+
+def to_flight(
+    read: Streams, *, start: float | None = None, stop: float | None = None, rows: str | None = None
+) -> Flight:
+    """The streams on one clock as a flight table. InputError where time runs back or values are impossible."""
+    notes = list(read.notes)
+    tidied = {name: _tidied(read, stream, start, stop, notes) for name, stream in read.streams.items()}
+    t, rule, leader = _rows(read, tidied, rows)
+    t = t[(t >= (start if start is not None else -np.inf)) & (t < (stop if stop is not None else np.inf))]
+    if t.size < 2:
+        raise InputError(
+            problem(
+                f"{read.path}: {t.size} samples of {leader}" + (" between --from and --to" if start or stop else ""),
+                "at least 2",
+                "Use a longer log, or another --mapping.",
+            )
+        )
+    values: dict[str, Array] = {}
+    names: dict[str, tuple[str, ...]] = {}
+    said: dict[str, Any] = {}
+    for channel_name in CHANNELS:
+        feed = read.plan.feed_of(channel_name)
+        if feed is None or not read.streams[feed.stream.name].resolved.get(channel_name, True):
+            continue
+        stream = tidied[feed.stream.name]
+        data, how = _on_rows(channel_name, stream, t)
+        if not np.isfinite(data).any():
+            notes.append(
+                f"{channel_name} left out: {feed.topic.name} has no number in it between the first and last row"
+            )
+            continue
+        values[channel_name] = data
+        names[channel_name] = CHANNELS[channel_name].names(data.shape[1])
+        said[channel_name] = {**channel_origin(channel_name, feed, read.mapping), **how}
+    require_plausible(values, names, t, read.path)
+    if not set(values) - {"battery", "airborne"}:
+        raise InputError(
+            problem(f"{read.path}: no channel holds a number", "pose, rates or commands", "Check the mapping.")
+        )
+    derived = _derive(t, values, names)
+    columns = {"t": t}
+    for channel_name in CHANNELS:
+        if channel_name in values:
+            columns.update(dict(zip(names[channel_name], values[channel_name].T, strict=True)))
+    meta = table_metadata(read.path, read.kind, read.mapping, read.zero, t, rule, said, derived, notes)
+    return Flight(pd.DataFrame(columns), meta)
+
+
+def _tidied(read: Streams, stream: Stream, start: float | None, stop: float | None, notes: list[str]) -> Stream:
+    t = stream.t
+    keep = np.arange(t.size)
+    # What lies beyond the first sample past --to, or before the last one short of --from, is not looked at: the clock
+    # may break there. One sample more on each side is kept to interpolate from.
+    if stop is not None and (t >= stop).any():
+        keep = keep[: int(np.argmax(t >= stop)) + 1]
+    if start is not None and (t[keep] < start).any():
+        keep = keep[int(np.flatnonzero(t[keep] < start)[-1]) :]
+    order = keep[clock.tidy(t[keep], stream.topic, read.path, read.kind in ("rosbag", "ulog"), notes)]
+    channels = {name: data[order] for name, data in stream.channels.items()}
+    return Stream(
+        stream.name, stream.topic, t[order], channels, stream.time_source, stream.delay, stream.feed, stream.resolved
+    )
+
+
+def _rows(read: Streams, tidied: dict[str, Stream], asked: str | None) -> tuple[Array, str, str]:
+    rate = read.mapping.clock.rate_hz
+    leader = tidied[leading_feed(read.plan).stream.name]
+    if asked is not None:
+        if asked in CHANNELS:
+            feed = read.plan.feed_of(asked)
+            if feed is None:
+                raise InputError(
+                    problem(f"{read.path}: no channel {asked}", ", ".join(read.plan.channels), "Choose another --rows.")
+                )
+            leader, rate = tidied[feed.stream.name], None
+        else:
+            rate = float(asked)
+    if rate is None:
+        return leader.t, f"the samples of {leader.topic}", leader.topic
+    if leader.t.size < 2:
+        return leader.t, "", leader.topic
+    count = int(np.floor((leader.t[-1] - leader.t[0]) * rate + 1e-6)) + 1
+    return leader.t[0] + np.arange(count) / rate, f"an even grid of {rate:g} Hz", leader.topic
+
+
+def _on_rows(name: str, stream: Stream, t: Array) -> tuple[Array, dict[str, Any]]:
+    rule: Resample = stream.feed.channels[name].resample or CHANNELS[name].resample
+    limit = stream.limit
+    if rule == "hold" and stream.feed.stream.max_gap is None and not _periodic(stream.t):
+        limit = float("inf")
+    data = resample.put(t, stream.t, stream.channels[name], rule, limit)
+    found = resample.gaps(stream.t, stream.limit) if rule != "sample" else []
+    how: dict[str, Any] = {"rule": rule, "samples": int(stream.t.size), "time": stream.time_source}
+    if stream.t.size > 1:
+        how["rate_hz"] = round(float(1.0 / np.median(np.diff(stream.t))), 3)
+    how["rows_without"] = int((~np.isfinite(data).all(axis=1)).sum())
+    if found:
+        longest = max(found, key=lambda g: g[1] - g[0])
+        how["gaps"] = {
+            "count": len(found),
+            "longer_than_s": round(stream.limit, 6),
+            "longest_s": round(longest[1] - longest[0], 6),
+            "longest_at_s": round(longest[0], 6),
+        }
+    return data, how
+
+
+def _periodic(t: Array) -> bool:
+    """True for a stream of even steps; one that is sent when something changes holds until the next."""
+    if t.size < 3:
+        return False
+    step = np.diff(t)
+    median = float(np.median(step))
+    return float(np.median(np.abs(step - median))) <= 0.25 * median
+
+
+def _derive(t: Array, values: dict[str, Array], names: dict[str, tuple[str, ...]]) -> dict[str, str]:
+    derived: dict[str, str] = {}
+    limit = resample.gap_limit(t)
+    for name, source, rule, said in (
+        ("velocity", "position", derive.velocity, derive.VELOCITY_RULE),
+        ("rate", "attitude", derive.rate, derive.RATE_RULE),
+    ):
+        if name not in values and source in values:
+            values[name] = rule(t, values[source], limit)
+            names[name] = CHANNELS[name].columns
+            derived.update(dict.fromkeys(names[name], said))
+    return derived
