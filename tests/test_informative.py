@@ -148,3 +148,29 @@ def test_fresh_marginal_draws_shake_the_commands_more_than_one_consistent_functi
 
     assert roughness(fresh) > 1.1 * roughness(one)
     assert fresh[0].mean(axis=1).std(axis=0)[3:].sum() < one[0].mean(axis=1).std(axis=0)[3:].sum()
+
+
+def test_a_shaken_flight_counts_less_and_nothing_changes_without_a_response_time():
+    """The same inputs in another order: only their rate differs, so only the rate's noise can tell them apart."""
+    process, rng = a_process(), np.random.default_rng(6)
+    calm = np.sort(rng.uniform(-4, 4, (1, 1, 400, 6)), axis=2) + np.array([0, 0, 9, 0, 0, 0])
+    flights = np.concatenate([calm, calm[:, :, rng.permutation(400)]])
+    where = calm[0, 0, ::4]
+    plain = Scorer((process,), where, 400).costs(flights, np.random.default_rng(0))[:, 0]
+    aware = Scorer((process,), where, 400, response_time=0.02, period=0.05).costs(flights, np.random.default_rng(0))[
+        :, 0
+    ]
+    assert plain[1] == pytest.approx(plain[0], rel=1e-6)
+    assert aware[0] > plain[0]
+    assert aware[1] > 1.5 * aware[0]
+    rate = np.gradient(flights[:, 0, :, 3:], 0.05, axis=1)
+    noise = 0.02**2 * (rate**2).sum(axis=-1).mean(axis=-1)
+    heavy = GaussianProcess(
+        process.X, process.Y, process.lengthscales, process.signal_variance, process.noise_variance, process.prior_mean
+    )
+    K = [heavy.covariance(np.concatenate([flights[1, 0], where]))[o] for o in range(3)]
+    left = 0.0
+    for o in range(3):
+        S = K[o][:400, :400] + (process.noise_variance[o] + noise[1]) * np.eye(400)
+        left += np.trace(K[o][400:, 400:] - K[o][400:, :400] @ np.linalg.solve(S, K[o][:400, 400:]))
+    assert aware[1] == pytest.approx(left / len(where), rel=1e-6)

@@ -82,6 +82,11 @@ class Selection(_Strict):
     task_draws: Count = Field(10, description="simulations of the task that span the region (M of eq. 14)")
     epsilon: Positive | None = Field(None, description="m/s^2 and rad/s^2; null: from simulation, as in Sec. V-A")
     hyperparameter_samples: Count = Field(1, description="models, from the hyperparameters' posterior, to average over")
+    response_time: NotNegative = Field(
+        0.02,
+        description="s, by which the declared response of the actuators may be off: the noise that the rate of a "
+        "candidate's torque brings. As long as the declared lags themselves; 0 is the paper's cost",
+    )
     estimate_noise: tuple[NotNegative, NotNegative, NotNegative, NotNegative] = Field(
         (0.001, 0.002, 0.01, 0.01), description="white error of the simulated estimate: m, rad, m/s, rad/s"
     )
