@@ -114,7 +114,9 @@ class ExperimentConfig(_Strict):
     )
     seeds: Count = Field(10, description="repetitions on each plant; a seed varies noise, draws and candidates")
     base_seed: Annotated[int, Field(ge=0)] = Field(0, description="from which every seed is derived")
-    execution: Literal["plant", "log"] = Field("plant", description="who flies: the MuJoCo plant, or you")
+    execution: Literal["plant", "log", "pool"] = Field(
+        "plant", description="who flies: the MuJoCo plant; you (log); pool: recorded real flights alone, none is flown"
+    )
     flights: str = Field("flights", description="with `execution: log`, the folder where flight tables are put")
     iterations: Count = Field(1, description="how often an informative flight is chosen, flown and learned")
     sample_time: Positive = Field(0.01, description="s, period of the controller and of references")
