@@ -13,6 +13,7 @@ include: "workflow/rules/study.smk"
 include: "workflow/rules/pool.smk"
 include: "workflow/rules/recordings.smk"
 include: "workflow/rules/figures.smk"
+include: "workflow/rules/publish.smk"
 
 
 rule all:
