@@ -44,11 +44,13 @@ class Actuation:
 class OriginPath:
     """Specific force of the body's origin, m/s^2, world axes, from `start` to `stop` (s since the first row).
 
-    at(time (N,) s) gives it, (N, 3), between the recorded samples.
+    at(time (N,) s) gives it, (N, 3), between the recorded samples. first_speed (m/s): the origin's at the start, NaN
+    where the flight does not say.
     """
 
     start: float
     stop: float
+    first_speed: float
     at: Callable[[Array], Array]
 
 

@@ -141,9 +141,9 @@ class Prepared:
             world = np.gradient(r.velocity.values, times, axis=0) + up
         else:
             return None
-        return OriginPath(
-            times[0] - self.start, times[-1] - self.start, partial(interpolate, times - self.start, world)
-        )
+        speed = np.linalg.norm(r.velocity.values[0]) if r.velocity is not None else np.nan
+        times = times - self.start
+        return OriginPath(float(times[0]), float(times[-1]), float(speed), partial(interpolate, times, world))
 
     def _of_flight(self, key: Hashable, imu: ImuLaw, imu_key: Hashable, make: Callable[[OriginPath], T]) -> T:
         return self.kept.get("of flight", (key, imu_key), lambda: make(self.origin_path(imu)))
