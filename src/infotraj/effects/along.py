@@ -19,15 +19,15 @@ class Motion:
     """Recorded motion of the body at N instants, what the flight does not say being None.
 
     time (N,) s since the flight's first row; attitude (N, 3, 3) body to world; height (N,) m of the body's origin;
-    velocity (N, 3) m/s, body axes; rate (N, 3) rad/s, body axes; battery (N,) V.
+    velocity (N, 3) m/s, body axes; battery (N,) V; rate (N, 3) rad/s, body axes.
     """
 
     time: Array
     attitude: Array | None
     height: Array | None
     velocity: Array | None
-    rate: Array | None
     battery: Array | None
+    rate: Array | None
 
 
 @dataclass(frozen=True)
@@ -38,6 +38,13 @@ class Actuation:
     rotor_slope: Array
     tilt: Array
     tilt_slope: Array
+    _kept: dict[str, Any] = field(default_factory=dict, repr=False)
+
+    def keep(self, name: str, make: Callable[[], Any]) -> Any:
+        """What follows from the actuators alone, made once."""
+        if name not in self._kept:
+            self._kept[name] = make()
+        return self._kept[name]
 
 
 @dataclass(frozen=True)
@@ -98,17 +105,17 @@ class Along:
     @property
     def nominal_thrust(self) -> Array:
         """k_F w^2, or the polynomial of the throttle (N, rotors), N, without any effect."""
-        return self._keep("nominal_thrust", self._nominal_thrust)
+        return self.actuation.keep("nominal_thrust", self._nominal_thrust)
 
     @property
     def speed(self) -> Array:
         """Rotor speeds (N, rotors) rad/s; of a throttle rotor sqrt(T / k_F)."""
-        return self._keep("speed", lambda: self._speeds()[0])
+        return self.actuation.keep("speeds", self._speeds)[0]
 
     @property
     def speed_slope(self) -> Array:
         """Their rate of change (N, rotors) rad/s^2."""
-        return self._keep("speed_slope", lambda: self._speeds()[1])
+        return self.actuation.keep("speeds", self._speeds)[1]
 
     @property
     def position(self) -> Array:
@@ -146,7 +153,7 @@ class Along:
         return self._kept[name]
 
     def _frames(self) -> tuple[Array, Array]:
-        return self._keep("frames", lambda: rotor_frames(self.vehicle, self.tilt))
+        return self.actuation.keep("frames", lambda: rotor_frames(self.vehicle, self.tilt))
 
     def _nominal_thrust(self) -> Array:
         x = self.actuation.rotor

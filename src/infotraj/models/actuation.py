@@ -12,27 +12,26 @@ import math
 import numpy as np
 from numba import njit
 
-from infotraj.effects.along import Actuation
 from infotraj.effects.laws import ActuatorLaw
 from infotraj.models.interpolation import interpolate
 from infotraj.models.recorded import Recorded, Samples
 from infotraj.rotations import Array
 
 
-def actuation(recorded: Recorded, law: ActuatorLaw, time: Array) -> Actuation:
-    """Rotor inputs and tilts at `time` (N,) s, increasing, in the flight's own time."""
+def rotors_at(recorded: Recorded, law: ActuatorLaw, time: Array) -> tuple[Array, Array]:
+    """Rotor inputs and their slopes (N, rotors) at `time` (N,) s, increasing, of the flight's clock."""
+    if not recorded.rotor_commanded:
+        return _measured(recorded.rotor, time)
     none = np.zeros(recorded.rotor.values.shape[1])
-    if recorded.rotor_commanded:
-        unlimited = np.full(len(none), np.inf)
-        rotor = _respond(time, *_events(recorded.rotor, law.delay), law.rotor_time_constant, unlimited, none)
-    else:
-        rotor = _measured(recorded.rotor, time)
-    if recorded.tilt_commanded:
-        events = _events(recorded.tilt, law.delay)
-        tilt = _respond(time, *events, law.tilt_time_constant, law.tilt_max_rate, law.tilt_play)
-    else:
-        tilt = _measured(recorded.tilt, time)
-    return Actuation(rotor[0], rotor[1], tilt[0] + law.tilt_bias, tilt[1])
+    return _respond(time, *_events(recorded.rotor, law.delay), law.rotor_time_constant, none + np.inf, none)
+
+
+def tilts_at(recorded: Recorded, law: ActuatorLaw, time: Array) -> tuple[Array, Array]:
+    """Tilts without their bias, and their slopes (N, tilts), at `time` (N,) s, increasing, of the flight's clock."""
+    if not recorded.tilt_commanded:
+        return _measured(recorded.tilt, time)
+    events = _events(recorded.tilt, law.delay)
+    return _respond(time, *events, law.tilt_time_constant, law.tilt_max_rate, law.tilt_play)
 
 
 def _events(commands: Samples, delay: float) -> tuple[Array, Array]:
