@@ -244,14 +244,96 @@ def _path(vehicle, rng):
     )
 
 
+# Small helpers instead of array expressions: numba compiles every expression anew, and a test run waits for it.
+
+
 @njit(cache=True)
 def _cross(a, b):
-    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+    out = np.empty(3)
+    out[0] = a[1] * b[2] - a[2] * b[1]
+    out[1] = a[2] * b[0] - a[0] * b[2]
+    out[2] = a[0] * b[1] - a[1] * b[0]
+    return out
+
+
+@njit(cache=True)
+def _dot(a, b):
+    total = 0.0
+    for i in range(len(a)):
+        total += a[i] * b[i]
+    return total
+
+
+@njit(cache=True)
+def _sum(a, scale, b):
+    """a + scale b"""
+    out = np.empty(len(a))
+    for i in range(len(a)):
+        out[i] = a[i] + scale * b[i]
+    return out
+
+
+@njit(cache=True)
+def _times(matrix, x):
+    out = np.zeros(matrix.shape[0])
+    for i in range(matrix.shape[0]):
+        for j in range(matrix.shape[1]):
+            out[i] += matrix[i, j] * x[j]
+    return out
+
+
+@njit(cache=True)
+def _back(matrix, x):
+    """The transpose of a matrix times x."""
+    out = np.zeros(matrix.shape[1])
+    for i in range(matrix.shape[0]):
+        for j in range(matrix.shape[1]):
+            out[j] += matrix[i, j] * x[i]
+    return out
+
+
+@njit(cache=True)
+def _product(a, b):
+    out = np.zeros((3, 3))
+    for i in range(3):
+        for j in range(3):
+            for k in range(3):
+                out[i, j] += a[i, k] * b[k, j]
+    return out
+
+
+@njit(cache=True)
+def _solve(system, right):
+    """Gauss' elimination with row exchanges."""
+    a, x, n = system.copy(), right.copy(), len(right)
+    for k in range(n):
+        best = k
+        for i in range(k + 1, n):
+            if abs(a[i, k]) > abs(a[best, k]):
+                best = i
+        for j in range(n):
+            a[k, j], a[best, j] = a[best, j], a[k, j]
+        x[k], x[best] = x[best], x[k]
+        for i in range(k + 1, n):
+            share = a[i, k] / a[k, k]
+            for j in range(k, n):
+                a[i, j] -= share * a[k, j]
+            x[i] -= share * x[k]
+    for k in range(n - 1, -1, -1):
+        for j in range(k + 1, n):
+            x[k] -= a[k, j] * x[j]
+        x[k] /= a[k, k]
+    return x
 
 
 @njit(cache=True)
 def _turned(v, axis, angle):
-    return v * np.cos(angle) + _cross(axis, v) * np.sin(angle) + axis * np.dot(axis, v) * (1.0 - np.cos(angle))
+    c, s = np.cos(angle), np.sin(angle)
+    across, along = _cross(axis, v), _dot(axis, v) * (1.0 - c)
+    out = np.empty(3)
+    for i in range(3):
+        out[i] = v[i] * c + across[i] * s + axis[i] * along
+    return out
 
 
 @njit(cache=True)
@@ -281,7 +363,7 @@ def _derivative(state, n, m, time, rotor_cmd, tilt_cmd, arm_held, body, rotors, 
     """
     d_state = np.zeros(len(state))
     r = _attitude(state[3:7])
-    v, w = r.T @ state[7:10], state[10:13]
+    v, w = _back(r, state[7:10]), state[10:13]
     speed, servo = state[13 : 13 + n], state[13 + n : 13 + n + m]
     tilt, tilt_rate = np.empty(m), np.zeros(m)
     for i in range(m):
@@ -309,7 +391,7 @@ def _derivative(state, n, m, time, rotor_cmd, tilt_cmd, arm_held, body, rotors, 
             before, after = tilts.order[(place - 1) % m], tilts.order[(place + 1) % m]
             ahead, back = max(0.0, np.sin(tilt[before])), max(0.0, -np.sin(tilt[after]))
             loss[tilts.order[place]] = (
-                rotors.interference * (ahead**2 * push[before] + back**2 * push[after]) / np.mean(push)
+                rotors.interference * (ahead**2 * push[before] + back**2 * push[after]) / (np.sum(push) / m)
             )
 
     force, torque = np.zeros(3), np.zeros(3)
@@ -319,58 +401,66 @@ def _derivative(state, n, m, time, rotor_cmd, tilt_cmd, arm_held, body, rotors, 
         j = rotors.tilt[i]
         if j >= 0:
             p, d = _turned(p, tilts.axis[j], tilt[j]), _turned(d, tilts.axis[j], tilt[j])
-        air_speed = v + _cross(w, p)
+        air_speed = _sum(v, 1.0, _cross(w, p))
         thrust = rotors.k_f[i] * speed[i] ** 2 * rotors.factor[i] * sag
         if rotors.ground != 0.0:
             height = state[2] + r[2, 0] * p[0] + r[2, 1] * p[1] + r[2, 2] * p[2]
             thrust *= 1.0 + rotors.ground * (rotors.radius[i] / height) ** 2
         if j >= 0:
             thrust *= 1.0 - loss[j]
-        axial = np.dot(air_speed, d)
+        axial = _dot(air_speed, d)
         thrust -= rotors.inflow * speed[i] * axial
-        here = thrust * d - rotors.drag * speed[i] * (air_speed - axial * d)
-        force += here
-        torque += _cross(p, here) - rotors.spin[i] * rotors.moment[i] * rotors.reaction * thrust * d
-        carried = rotors.inertia * rotors.spin[i] * speed[i] * d
-        momentum += carried
-        momentum_rate += rotors.inertia * rotors.spin[i] * speed_rate[i] * d
+        across = _sum(air_speed, -axial, d)
+        here = _sum(np.zeros(3), thrust, d)
+        here = _sum(here, -rotors.drag * speed[i], across)
+        force = _sum(force, 1.0, here)
+        torque = _sum(torque, 1.0, _cross(p, here))
+        torque = _sum(torque, -rotors.spin[i] * rotors.moment[i] * rotors.reaction * thrust, d)
+        carried = rotors.inertia * rotors.spin[i]
+        momentum = _sum(momentum, carried * speed[i], d)
+        momentum_rate = _sum(momentum_rate, carried * speed_rate[i], d)
         if j >= 0:
-            momentum_rate += _cross(tilt_rate[j] * tilts.axis[j], carried)
-    force += r.T @ air.force - air.linear * v - air.quadratic * np.abs(v) * v
-    torque += air.torque - air.damping * w - _cross(w, momentum) - momentum_rate
+            momentum_rate = _sum(momentum_rate, carried * speed[i] * tilt_rate[j], _cross(tilts.axis[j], d))
+    steady, gyration = _back(r, air.force), _cross(w, momentum)
+    for i in range(3):
+        force[i] += steady[i] - air.linear[i] * v[i] - air.quadratic[i] * abs(v[i]) * v[i]
+        torque[i] += air.torque[i] - air.damping[i] * w[i] - gyration[i] - momentum_rate[i]
 
     # Newton and Euler at the origin: unknown specific force f, angular acceleration and tension of the cable.
     c, mass = body.com, body.mass
-    shift = mass * np.array([[0.0, -c[2], c[1]], [c[2], 0.0, -c[0]], [-c[1], c[0], 0.0]])
-    about_origin = body.inertia + mass * (np.dot(c, c) * np.eye(3) - np.outer(c, c))
+    shift = np.array([[0.0, -c[2], c[1]], [c[2], 0.0, -c[0]], [-c[1], c[0], 0.0]])
+    about_origin = np.empty((3, 3))
     system, right = np.zeros((7, 7)), np.zeros(7)
-    system[0:3, 0:3] = mass * np.eye(3)
-    system[0:3, 3:6] = -shift
-    system[3:6, 0:3] = shift
-    system[3:6, 3:6] = about_origin
-    right[0:3] = force - mass * _cross(w, _cross(w, c))
-    right[3:6] = torque - _cross(w, about_origin @ w)
+    for i in range(3):
+        system[i, i] = mass
+        for j in range(3):
+            about_origin[i, j] = body.inertia[i, j] + mass * ((i == j) * _dot(c, c) - c[i] * c[j])
+            system[i, 3 + j], system[3 + i, j] = -mass * shift[i, j], mass * shift[i, j]
+            system[3 + i, 3 + j] = about_origin[i, j]
+    pull, gyration = _cross(w, _cross(w, c)), _cross(w, _times(about_origin, w))
+    for i in range(3):
+        right[i], right[3 + i] = force[i] - mass * pull[i], torque[i] - gyration[i]
     u, u_rate = state[13 + n + m : 16 + n + m], state[16 + n + m : 19 + n + m]
-    along = r.T @ u
-    system[0:3, 6] = -along
-    system[6, 0:3] = other.load * along
+    along = _back(r, u)
+    for i in range(3):
+        system[i, 6], system[6, i] = -along[i], other.load * along[i]
     system[6, 6] = 1.0
-    right[6] = other.load * other.length * np.dot(u_rate, u_rate)
-    solved = np.linalg.solve(system, right)
-    f, turn = solved[0:3], solved[3:6]
-    f_world = r @ f
-    d_state[0:3] = state[7:10]
+    right[6] = other.load * other.length * _dot(u_rate, u_rate)
+    solved = _solve(system, right)
+    f = solved[0:3].copy()
+    f_world = _times(r, f)
     q = state[3:7]
     d_state[3] = 0.5 * (-q[1] * w[0] - q[2] * w[1] - q[3] * w[2])
     d_state[4] = 0.5 * (q[0] * w[0] + q[2] * w[2] - q[3] * w[1])
     d_state[5] = 0.5 * (q[0] * w[1] + q[3] * w[0] - q[1] * w[2])
     d_state[6] = 0.5 * (q[0] * w[2] + q[1] * w[1] - q[2] * w[0])
-    d_state[7:10] = f_world
-    d_state[9] -= body.gravity
-    d_state[10:13] = turn
-    d_state[13 + n + m : 16 + n + m] = u_rate
-    across = f_world - np.dot(f_world, u) * u
-    d_state[16 + n + m : 19 + n + m] = -np.dot(u_rate, u_rate) * u - across / other.length
+    swing, push_along = _dot(u_rate, u_rate), _dot(f_world, u)
+    for i in range(3):
+        d_state[i] = state[7 + i]
+        d_state[7 + i] = f_world[i] - (body.gravity if i == 2 else 0.0)
+        d_state[10 + i] = solved[3 + i]
+        d_state[13 + n + m + i] = u_rate[i]
+        d_state[16 + n + m + i] = -swing * u[i] - (f_world[i] - push_along * u[i]) / other.length
     return d_state, f
 
 
@@ -405,33 +495,41 @@ def _commands(time, state, n, m, control, path):
     out, angles = _reference(time, path)
     r = _attitude(state[3:7])
     w = state[10:13]
-    acceleration = out[2] + control.gains_p[0] * (out[0] - state[0:3]) + control.gains_p[1] * (out[1] - state[7:10])
+    acceleration = np.empty(3)
+    for i in range(3):
+        place, speed = out[0, i] - state[i], out[1, i] - state[7 + i]
+        acceleration[i] = out[2, i] + control.gains_p[0] * place + control.gains_p[1] * speed
     acceleration[2] += control.gravity
     yaw = angles[0, 2]
     if control.tilting:
         roll, pitch = angles[0, 0], angles[0, 1]
-        goal = (
-            np.array([[np.cos(yaw), -np.sin(yaw), 0.0], [np.sin(yaw), np.cos(yaw), 0.0], [0.0, 0.0, 1.0]])
-            @ np.array([[np.cos(pitch), 0.0, np.sin(pitch)], [0.0, 1.0, 0.0], [-np.sin(pitch), 0.0, np.cos(pitch)]])
-            @ np.array([[1.0, 0.0, 0.0], [0.0, np.cos(roll), -np.sin(roll)], [0.0, np.sin(roll), np.cos(roll)]])
-        )
+        turn_z = np.array([[np.cos(yaw), -np.sin(yaw), 0.0], [np.sin(yaw), np.cos(yaw), 0.0], [0.0, 0.0, 1.0]])
+        turn_y = np.array([[np.cos(pitch), 0.0, np.sin(pitch)], [0.0, 1.0, 0.0], [-np.sin(pitch), 0.0, np.cos(pitch)]])
+        turn_x = np.array([[1.0, 0.0, 0.0], [0.0, np.cos(roll), -np.sin(roll)], [0.0, np.sin(roll), np.cos(roll)]])
+        goal = _product(turn_z, _product(turn_y, turn_x))
         goal_rate = np.array([angles[1, 0], angles[1, 1], angles[1, 2]])
     else:
-        up = acceleration / np.sqrt(np.dot(acceleration, acceleration))
+        up = _sum(np.zeros(3), 1.0 / np.sqrt(_dot(acceleration, acceleration)), acceleration)
         ahead = np.array([np.cos(yaw), np.sin(yaw), 0.0])
         side = _cross(up, ahead)
-        side = side / np.sqrt(np.dot(side, side))
-        goal = np.zeros((3, 3))
-        goal[:, 0], goal[:, 1], goal[:, 2] = _cross(side, up), side, up
+        side = _sum(np.zeros(3), 1.0 / np.sqrt(_dot(side, side)), side)
+        front = _cross(side, up)
+        goal = np.empty((3, 3))
+        for i in range(3):
+            goal[i, 0], goal[i, 1], goal[i, 2] = front[i], side[i], up[i]
         goal_rate = np.array([0.0, 0.0, angles[1, 2]])
-    skew = goal.T @ r - r.T @ goal
-    error = 0.5 * np.array([skew[2, 1], skew[0, 2], skew[1, 0]])
-    torque = control.inertia * (-control.gains_a[0] * error - control.gains_a[1] * (w - goal_rate))
-    force = control.mass * (r.T @ acceleration)
+    wrench = np.empty(6)
+    force = _back(r, acceleration)
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        error = 0.0
+        for a in range(3):
+            error += 0.5 * (goal[a, k] * r[a, j] - goal[a, j] * r[a, k])
+        turning = -control.gains_a[0, i] * error - control.gains_a[1, i] * (w[i] - goal_rate[i])
+        wrench[i], wrench[3 + i] = control.mass * force[i], control.inertia[i] * turning
     rotor, tilt = np.empty(n), np.empty(m)
     if control.tilting:
-        wrench = np.concatenate((force, torque))
-        parts = control.mixer @ wrench
+        parts = _times(control.mixer, wrench)
         for i in range(m):
             # A positive tilt about the outward axis a turns the thrust z into a x z cos(90 deg)..., as sin a.
             tilt[i] = np.arctan2(parts[m + i], parts[i])
@@ -441,7 +539,7 @@ def _commands(time, state, n, m, control, path):
                 if control.arms[i, k] > 0:
                     rotor[k] = np.sqrt(size / members / control.k_f[k])
     else:
-        thrust = control.mixer @ np.concatenate((force[2:3], torque))
+        thrust = _times(control.mixer, wrench[2:6])
         for k in range(n):
             rotor[k] = np.sqrt(max(thrust[k], 0.02 * control.mass) / control.k_f[k])
     return rotor, tilt
@@ -465,17 +563,18 @@ def _advance(state, arm, start, stop, substep, n, m, rotor_cmd, tilt_cmd, body, 
     for k in range(steps):
         t = start + k * h
         k1, _ = _derivative(state, n, m, t, rotor_cmd, tilt_cmd, arm, body, rotors, tilts, air, other)
-        k2, _ = _derivative(
-            state + 0.5 * h * k1, n, m, t + 0.5 * h, rotor_cmd, tilt_cmd, arm, body, rotors, tilts, air, other
-        )
-        k3, _ = _derivative(
-            state + 0.5 * h * k2, n, m, t + 0.5 * h, rotor_cmd, tilt_cmd, arm, body, rotors, tilts, air, other
-        )
-        k4, _ = _derivative(state + h * k3, n, m, t + h, rotor_cmd, tilt_cmd, arm, body, rotors, tilts, air, other)
-        state += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-        state[3:7] /= np.sqrt(np.dot(state[3:7], state[3:7]))
-        u = state[13 + n + m : 16 + n + m]
-        u /= np.sqrt(np.dot(u, u))
+        at = _sum(state, 0.5 * h, k1)
+        k2, _ = _derivative(at, n, m, t + 0.5 * h, rotor_cmd, tilt_cmd, arm, body, rotors, tilts, air, other)
+        at = _sum(state, 0.5 * h, k2)
+        k3, _ = _derivative(at, n, m, t + 0.5 * h, rotor_cmd, tilt_cmd, arm, body, rotors, tilts, air, other)
+        at = _sum(state, h, k3)
+        k4, _ = _derivative(at, n, m, t + h, rotor_cmd, tilt_cmd, arm, body, rotors, tilts, air, other)
+        for i in range(len(state)):
+            state[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i])
+        for unit in (state[3:7], state[13 + n + m : 16 + n + m]):
+            size = np.sqrt(_dot(unit, unit))
+            for i in range(len(unit)):
+                unit[i] /= size
         for i in range(m):
             x = state[13 + n + i]
             arm[i] = min(max(arm[i], x - tilts.play), x + tilts.play)

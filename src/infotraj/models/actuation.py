@@ -56,7 +56,8 @@ def _respond(time, event, command, tau, max_rate, play):
     since = min(event[0], time[0]) if count else event[0]
     e = 0
     for n in range(count):
-        while e < len(event) and event[e] < time[n]:
+        # A delayed command may fall on a row but for rounding: it acts after the row's sample.
+        while e < len(event) and event[e] < time[n] - 1e-9:
             for j in range(m):
                 x[j], _ = _moved(x[j], target[j], event[e] - since, tau[j], max_rate[j])
                 arm[j] = min(max(arm[j], x[j] - play[j]), x[j] + play[j])
