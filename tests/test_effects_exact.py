@@ -148,7 +148,7 @@ def test_the_true_effect_explains_the_flight_and_its_absence_does_not(name, effe
     assert with_it[1] < turn
     assert with_it[2] < 5e-4
     if effect in ("gyro_bias", "imu_misalignment", "time_offset"):
-        assert without[2] > 1e-2
+        assert without[2] > 5e-3
     else:
         assert without[0] > 20 * force or without[1] > 20 * turn
     assert catalogue()[effect].cannot_show(parse_vehicle(vehicle_file(name)), flight) is None
