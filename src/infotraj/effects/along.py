@@ -19,15 +19,15 @@ class Motion:
     """Recorded motion of the body at N instants, what the flight does not say being None.
 
     time (N,) s since the flight's first row; attitude (N, 3, 3) body to world; height (N,) m of the body's origin;
-    velocity (N, 3) m/s, body axes; battery (N,) V; rate (N, 3) rad/s, body axes.
+    velocity (N, 3) m/s, body axes; rate (N, 3) rad/s, body axes; battery (N,) V.
     """
 
     time: Array
     attitude: Array | None
     height: Array | None
     velocity: Array | None
-    battery: Array | None
     rate: Array | None
+    battery: Array | None
 
 
 @dataclass(frozen=True)

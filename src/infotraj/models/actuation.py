@@ -12,10 +12,17 @@ import math
 import numpy as np
 from numba import njit
 
+from infotraj.effects.along import Actuation
 from infotraj.effects.laws import ActuatorLaw
 from infotraj.models.interpolation import interpolate
 from infotraj.models.recorded import Recorded, Samples
 from infotraj.rotations import Array
+
+
+def actuation(recorded: Recorded, law: ActuatorLaw, time: Array) -> Actuation:
+    """Rotors and tilts at `time` (N,) s, increasing, of the flight's clock."""
+    tilt, slope = tilts_at(recorded, law, time)
+    return Actuation(*rotors_at(recorded, law, time), tilt + law.tilt_bias, slope)
 
 
 def rotors_at(recorded: Recorded, law: ActuatorLaw, time: Array) -> tuple[Array, Array]:

@@ -80,7 +80,8 @@ class Prepared:
             time, place = segment.line.time, (segment.start, imu.delay, law.delay)
             pose = self.kept.get(f"pose {segment.start}", place, lambda: self._pose(time))
             rate = self.true_rate(imu)
-            motion = Motion(time - self.start, *pose, _at(rate, time))
+            attitude, height, velocity, battery = pose
+            motion = Motion(time - self.start, attitude, height, velocity, _at(rate, time), battery)
             actuators = self._actuators(segment, imu, law)
             return Along(self.vehicle, motion, actuators, lambda key, fn: self._of_flight(key, imu, imu_key, fn))
 

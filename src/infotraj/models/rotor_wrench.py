@@ -71,6 +71,17 @@ class RotorWrench:
         return np.array([constant, (still - half) / 2, quarter - constant])
 
 
+def rotor_wrench(position: Array, axis: Array, thrust: Array, reaction: Array) -> Array:
+    """The wrench (N, 6) of rotors wherever they are: position, axis (N, rotors, 3), thrust, reaction (N, rotors).
+
+    reaction (N m) is the reaction torque on the body along the axis.
+    """
+    torque = np.einsum("nr,nri->ni", reaction, axis)
+    total = forces_at_rotors(position, thrust[..., None] * axis)
+    total[:, 3:] += torque
+    return total
+
+
 def forces_at_rotors(position: Array, force: Array) -> Array:
     """Wrench about the body's origin (N, 6) of a force (N, rotors, 3) at every rotor, at position (N, rotors, 3)."""
     return _forces_at_rotors(position, np.ascontiguousarray(force))
