@@ -133,7 +133,7 @@ class Prepared:
             world = np.gradient(r.velocity.values, times, axis=0) + up
         else:
             return None
-        speed = np.linalg.norm(r.velocity.values[0]) if r.velocity is not None else np.nan
+        speed = np.linalg.norm(r.velocity.values[:5].mean(axis=0)) if r.velocity is not None else np.nan
         times = times - self.start
         return OriginPath(float(times[0]), float(times[-1]), float(speed), partial(interpolate, times, world))
 
