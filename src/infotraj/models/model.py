@@ -122,7 +122,7 @@ class Model:
 
     def _segment(self, prepared: Prepared, segment: Segment, along: Along, imu: ImuLaw, frame: BodyLaw):
         """Specific force, its mean, angular acceleration, its mean at the segment's rows, each (rows, 3)."""
-        line, kept = segment.line, prepared.kept
+        line, kept = segment.line, prepared.kept_of_segments
         base_key = (self._key("actuators"), self._key("imu"))
         thrust_key = (base_key, self._key("thrust_factor", "thrust_loss", "reaction_factor"))
         thrust, total = kept.get(f"thrust {segment.start}", thrust_key, lambda: self._thrust(along, prepared))

@@ -25,11 +25,11 @@ from infotraj.vehicle import Vehicle
 
 T = TypeVar("T")
 SEGMENT = 4096  # rows evaluated at once, so that memory does not grow with the flight
-_KEPT_ROWS = 40_000  # results are kept for this many rows at each stage, whatever the number of flights
+_KEPT_ROWS = 40_000  # of a longer flight nothing is kept that grows with rotors and rows
 
 
 class Kept:
-    """The last few results of each stage by key."""
+    """The last few results of each stage by key; with `most` 0 none."""
 
     def __init__(self, most: int) -> None:
         self._most = most
@@ -68,6 +68,7 @@ class Prepared:
         self.start = float(self.recorded.t[0])
         rows = len(self.recorded.t)
         self.kept = Kept(max(2, min(6, _KEPT_ROWS // rows)))
+        self.kept_of_segments = Kept(min(6, _KEPT_ROWS // rows))
 
     def segments(self, imu_delay: float, command_delay: float) -> list[Segment]:
         """The rows in stretches, sampled `imu_delay` (s) before their time, commands acting `command_delay` later."""
@@ -78,14 +79,14 @@ class Prepared:
 
         def make() -> Along:
             time, place = segment.line.time, (segment.start, imu.delay, law.delay)
-            pose = self.kept.get(f"pose {segment.start}", place, lambda: self._pose(time))
+            pose = self.kept_of_segments.get(f"pose {segment.start}", place, lambda: self._pose(time))
             rate = self.true_rate(imu)
             attitude, height, velocity, battery = pose
             motion = Motion(time - self.start, attitude, height, velocity, _at(rate, time), battery)
             actuators = self._actuators(segment, imu, law)
             return Along(self.vehicle, motion, actuators, lambda key, fn: self._of_flight(key, imu, imu_key, fn))
 
-        return self.kept.get(f"along {segment.start}", (imu_key, law_key), make)
+        return self.kept_of_segments.get(f"along {segment.start}", (imu_key, law_key), make)
 
     def _pose(self, time: Array) -> tuple[Array | None, ...]:
         """Attitude, height, velocity in body axes and voltage at `time` (N,) s of the flight's clock."""
@@ -166,7 +167,7 @@ class Prepared:
         tilt_key = (*times, *(x.tobytes() for x in (law.tilt_time_constant, law.tilt_max_rate, law.tilt_play)))
         tilt = self.kept.get("tilts", tilt_key, lambda: over_flight(partial(tilts_at, r, law)))
         here = next(i for i, s in enumerate(segments) if s.start == segment.start)
-        return self.kept.get(
+        return self.kept_of_segments.get(
             f"actuators {segment.start}",
             (rotor_key, tilt_key, law.tilt_bias.tobytes()),
             lambda: Actuation(*rotor[here], tilt[here][0] + law.tilt_bias, tilt[here][1]),
