@@ -14,6 +14,7 @@ from infotraj.errors import InfotrajError
 # A command's module is imported when the command is called: `infotraj --help` need not load numpy.
 COMMANDS = {
     "import": ("infotraj.importing.command:import_command", "Turn a log into a flight table."),
+    "check": ("infotraj.checking.command:check_command", "Does a log mean what it says?"),
     "effects": ("infotraj.effects.command:effects_command", "The catalogue of physical effects."),
     "data": ("infotraj.datasets.command:data_command", "Get or list public data sets."),
 }

@@ -1,0 +1,161 @@
+"""All checks of one log, in the order in which one needs the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from infotraj import rotations
+from infotraj.checking import outliers, timing
+from infotraj.checking.actuation import carrying_findings
+from infotraj.checking.airborne import airborne_rows, no_flight
+from infotraj.checking.beside import Beside
+from infotraj.checking.coverage import coverage, excitation_findings
+from infotraj.checking.divergence import reference_not_followed
+from infotraj.checking.finding import Finding, Outcome, Span, ordered, outcome, usable_spans
+from infotraj.checking.frozen import dead_findings, still_streams, straight_streams
+from infotraj.checking.load import Loaded
+from infotraj.checking.motion import judge_motion
+from infotraj.checking.questions import question_findings, unanswerable
+from infotraj.errors import InputError, problem
+from infotraj.flight import ATTITUDE, Flight
+from infotraj.rotations import Array
+from infotraj.vehicle import Vehicle
+
+GRAVITY = 9.81
+
+
+@dataclass(frozen=True)
+class Check:
+    """What came out for one log.
+
+    Findings (worst first) and what becomes of it, the spans (s) that can be used, the time in the air and how it was
+    judged, the coverage of states and inputs, the questions that it cannot answer, and the lags between its streams
+    with their standard errors (s), reported or not.
+    """
+
+    source: str
+    rows: int
+    start: float
+    stop: float
+    airborne_seconds: float
+    airborne_share: float
+    airborne_from: str
+    findings: list[Finding]
+    usable: list[Span]
+    coverage: dict[str, dict[str, Any]] = field(default_factory=dict)
+    unanswerable: dict[str, list[str]] = field(default_factory=dict)
+    lags: dict[str, tuple[float, float]] = field(default_factory=dict)
+
+    @property
+    def outcome(self) -> Outcome:
+        """passed, warning, cut or rejected."""
+        return outcome(self.findings)
+
+
+def check(flight: Flight, vehicle: Vehicle | None = None) -> list[Finding]:
+    """The findings about one flight, the worst first. See `examine` for all that comes out."""
+    return examine(flight, vehicle).findings
+
+
+def examine(
+    log: Flight | Loaded | pd.DataFrame,
+    vehicle: Vehicle | None = None,
+) -> Check:
+    """Checks one log: a flight, what `load` made of a raw log (with the streams that its table leaves out), or a table
+    with a column t whose order is not known to be right. Raises InputError for a table without t.
+    """
+    others: list[Beside] = []
+    if isinstance(log, Loaded):
+        flight, findings, others = log.flight, list(log.findings), log.beside
+    else:
+        flight, findings = _in_order(log)
+    source = str(flight.meta.get("source", "flight"))
+    flight, more = timing.time_unit(flight)
+    findings += more + outliers.attitude_norm(flight)
+    flight = _without_bad_attitudes(flight)
+    straight = straight_streams(flight)
+    for dead in straight:
+        flight = _voided(flight, dead.rows, dead.columns)
+    air = airborne_rows(flight, vehicle)
+    findings += dead_findings(flight, straight, air.rows, "straight")
+    findings += no_flight(flight, air)
+    still = still_streams(flight, air.rows)
+    findings += dead_findings(flight, still, air.rows, "still")
+    for dead in still:
+        flight = _voided(flight, dead.rows, dead.columns)
+    findings += timing.gaps(flight, air.rows) + timing.jitter(flight)
+    commands = outliers.impossible_commands(flight, air.rows, vehicle)
+    single = outliers.spikes(flight, air.rows)
+    findings += (
+        commands
+        + outliers.spike_findings(single)
+        + outliers.saturation(flight, air.rows)
+        + outliers.pose_jumps(flight, air.rows)
+    )
+    for column, when, _ in single:
+        at = np.any([(flight.t >= a) & (flight.t <= b) for a, b in when], axis=0)
+        flight = _voided(flight, at, (column,))
+    findings += outliers.impossible_values(flight, air.rows)
+    findings += carrying_findings(flight, air.rows, vehicle)
+    gravity = vehicle.gravity if vehicle else GRAVITY
+    moved = judge_motion(flight, air, gravity, others)
+    findings += moved.findings
+    findings += reference_not_followed(flight, air.rows) + question_findings(flight)
+    covered = coverage(flight, air.rows)
+    findings += excitation_findings(covered)
+    findings = ordered(_distinct(findings))
+    start, stop = float(flight.t[0]), float(flight.t[-1])
+    return Check(
+        source,
+        len(flight.table),
+        start,
+        stop,
+        air.seconds(flight.t),
+        float(air.rows.mean()),
+        air.how,
+        findings,
+        usable_spans(start, stop, findings),
+        covered,
+        unanswerable(flight),
+        {name: (lag.lag, lag.error) for name, lag in moved.lags.items()},
+    )
+
+
+def _in_order(log: Flight | pd.DataFrame) -> tuple[Flight, list[Finding]]:
+    if isinstance(log, Flight):
+        return log, []
+    if "t" not in log:
+        raise InputError(problem("a table without a column t", "a flight table", "Import the log first."))
+    table, findings = timing.order(log)
+    return Flight(table, dict(log.attrs)), findings
+
+
+def _voided(flight: Flight, rows: Array, columns: tuple[str, ...]) -> Flight:
+    table = flight.table.copy()
+    table.loc[rows, list(columns)] = np.nan
+    return Flight(table, dict(flight.meta))
+
+
+def _without_bad_attitudes(flight: Flight) -> Flight:
+    if not flight.has(*ATTITUDE):
+        return flight
+    norm = np.linalg.norm(flight.get(*ATTITUDE), axis=1)
+    with np.errstate(invalid="ignore"):
+        bad = np.abs(norm - 1) > 0.01
+    if not bad.any() or bad.mean() > 0.05:
+        q = flight.get(*ATTITUDE).copy()
+        good = np.isfinite(norm) & (norm > 1e-6)
+        q[good] = rotations.normalize(q[good])
+        q[~good] = np.nan
+        return Flight(flight.table.assign(**dict(zip(ATTITUDE, q.T, strict=True))), dict(flight.meta))
+    return _voided(flight, bad, ATTITUDE)
+
+
+def _distinct(findings: list[Finding]) -> list[Finding]:
+    # impossible sizes are the shadow of a wrong unit that is named already
+    units = {c for f in findings if f.code.endswith("_unit") for c in f.channels}
+    return [f for f in findings if not (f.code.endswith("_impossible") and set(f.channels) & units)]
