@@ -1,0 +1,142 @@
+"""What an attitude column may really hold: each reading turns the declared quaternion into the true one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from infotraj import rotations
+from infotraj.rotations import Array
+
+# World rotations that take NED (and north-west-down) to z up, and the body rotation between FRD and FLU.
+NED_TO_ENU = np.array([0.0, np.sqrt(0.5), np.sqrt(0.5), 0.0])
+HALF_TURN_X = np.array([0.0, 1.0, 0.0, 0.0])
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One reading of the attitude: `true(q)` (n, 4) from the declared q; `what` finishes "the attitude ..."."""
+
+    code: str
+    name: str
+    what: str
+    remedy: str
+    true: Callable[[Array], Array]
+
+
+def _reorder(*columns: int) -> Callable[[Array], Array]:
+    return lambda q: q[:, columns]
+
+
+def _both(left: Array, right: Array) -> Callable[[Array], Array]:
+    return lambda q: rotations.multiply(rotations.multiply(left, q), right)
+
+
+def unwrapped_euler(q: Array, second_start: bool = False) -> Array:
+    """Roll, pitch, yaw (n, 3) rad along a path, each of the two Euler solutions and every turn chosen to follow on.
+
+    Pitch may leave -pi/2..pi/2: angles in degrees that were taken as radians wind many times round. Which of the two
+    solutions the path starts from is not known: `second_start` takes the one farther from zero.
+    """
+    e = rotations.to_euler(q)
+    other = np.stack([e[:, 0] + np.pi, np.pi - e[:, 1], e[:, 2] + np.pi], axis=-1)
+    out = np.empty_like(e)
+    last = np.array([np.pi, np.pi, np.pi]) if second_start else np.zeros(3)
+    for k in range(len(e)):
+        first, second = (last + (c - last + np.pi) % (2 * np.pi) - np.pi for c in (e[k], other[k]))
+        last = first if np.abs(first - last).sum() <= np.abs(second - last).sum() else second
+        out[k] = last
+    return out
+
+
+def _scaled_euler(factor: float, second_start: bool = False) -> Callable[[Array], Array]:
+    def true(q: Array) -> Array:
+        return rotations.from_euler(*(unwrapped_euler(q, second_start) * factor).T)
+
+    return true
+
+
+_IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
+
+READINGS: tuple[Reading, ...] = (
+    Reading("", "declared", "is as declared", "", lambda q: q),
+    Reading(
+        "attitude_order",
+        "xyzw",
+        "is stored x, y, z, w in the columns qw, qx, qy, qz",
+        "map the columns in the order x, y, z, w",
+        _reorder(3, 0, 1, 2),
+    ),
+    Reading(
+        "attitude_order",
+        "wxyz",
+        "is stored w, x, y, z and was read as x, y, z, w",
+        "map the columns in the order w, x, y, z",
+        _reorder(1, 2, 3, 0),
+    ),
+    Reading(
+        "attitude_inverse",
+        "world to body",
+        "maps the world to the body, not the body to the world",
+        "conjugate the quaternion",
+        rotations.conjugate,
+    ),
+    Reading(
+        "attitude_unit",
+        "degrees taken as radians",
+        "comes from angles in degrees that were taken as radians",
+        "declare the angles as degrees",
+        _scaled_euler(np.pi / 180),
+    ),
+    Reading(
+        "attitude_unit",
+        "degrees taken as radians, other start",
+        "comes from angles in degrees that were taken as radians",
+        "declare the angles as degrees",
+        _scaled_euler(np.pi / 180, second_start=True),
+    ),
+    Reading(
+        "attitude_unit",
+        "radians taken as degrees",
+        "comes from angles in radians that were taken as degrees",
+        "declare the angles as radians",
+        _scaled_euler(180 / np.pi),
+    ),
+    Reading(
+        "attitude_frame",
+        "NED/FRD",
+        "maps a front-right-down body to a north-east-down world",
+        "declare the attitude as NED/FRD",
+        _both(NED_TO_ENU, HALF_TURN_X),
+    ),
+    Reading(
+        "attitude_frame",
+        "NWU/FRD both turned",
+        "has y and z of both body and world pointing the other way (front-right-down, z down)",
+        "declare body and world of the attitude as z down",
+        _both(HALF_TURN_X, HALF_TURN_X),
+    ),
+    Reading(
+        "attitude_frame",
+        "FRD body",
+        "is that of a front-right-down body in a world with z up",
+        "declare the attitude's body frame as FRD",
+        _both(_IDENTITY, HALF_TURN_X),
+    ),
+    Reading(
+        "attitude_frame",
+        "NED world",
+        "is that of a front-left-up body in a north-east-down world",
+        "declare the attitude's world frame as NED",
+        _both(NED_TO_ENU, _IDENTITY),
+    ),
+    Reading(
+        "attitude_frame",
+        "z-down world",
+        "is that of a front-left-up body in a world with y and z pointing the other way",
+        "declare the attitude's world frame as z down",
+        _both(HALF_TURN_X, _IDENTITY),
+    ),
+)

@@ -1,0 +1,286 @@
+"""Findings about units, frames and orders: the declared reading against the best of all readings.
+
+A convention error is reported only where (1) another reading explains the log at least half as well again (product
+over axes and identities of the residual variances), (2) a J test with standard errors over 1 s blocks is sure of it,
+with Bonferroni's correction for the number of readings, and (3) the other reading explains the log in absolute terms.
+Otherwise check abstains.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from infotraj.checking.attitude import READINGS
+from infotraj.checking.finding import Finding
+from infotraj.checking.likelihood import AXES, sure_of_difference
+from infotraj.checking.readings import DEGREE, Joint, Pose, Table, Vector
+from infotraj.rotations import Array
+
+HALF_AS_WELL_AGAIN = float(np.log(1.5))
+SURE = 0.99
+MOST_UNEXPLAINED = 0.5
+# A quarter of g: with a larger rest the accelerometer is not understood by any reading.
+MOST_FORCE_REST = 2.5
+SPOILS = "every comparison of model and measurement would be wrong"
+
+FACTORS: tuple[str, ...] = (
+    *(f"pose.{k}" for k in ("attitude", "axes", "unit", "down")),
+    *(f"{c}.{k}" for c in ("rate", "velocity", "force") for k in ("turn", "axes", "unit")),
+    "force.removed",
+)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The best joint reading, the one that is kept for further checks, its pose index, and the findings."""
+
+    joint: Joint
+    pose: int
+    findings: list[Finding]
+
+
+def convention_findings(table: Table) -> Verdict:
+    """Judges the declared reading of a flight against all others."""
+    declared, declared_at, _ = table.best(lambda j: j == Joint(), "none")
+    declared, declared_at = Joint(), table.poses.index(Pose())
+    best, best_at, _ = table.best()
+    changed = [f for f in FACTORS if _part(best, f) != _part(declared, f)]
+    if not changed or not _rejected(table, declared, declared_at, best, best_at, _tried(table)):
+        return Verdict(declared, declared_at, [])
+    best, best_at = _without_unproven(table, best, best_at, changed)
+    changed = [f for f in FACTORS if _part(best, f) != _part(declared, f)]
+    if not changed or not _understood(table, best, best_at, changed):
+        return Verdict(declared, declared_at, [])
+    sure = _sure(table, declared, declared_at, best, best_at, _tried(table))
+    return Verdict(best, best_at, [_finding(table, best, best_at, f, sure) for f in changed])
+
+
+def _without_unproven(table: Table, best: Joint, at: int, changed: list[str]) -> tuple[Joint, int]:
+    # a change that the data do not need (without it, all else as in `best`, the fit is hardly worse) is undone
+    for factor in changed:
+        simpler = _reset(best, factor)
+        if simpler.pose not in table.poses:
+            continue
+        simpler_at = table.poses.index(simpler.pose)
+        if not _rejected(table, simpler, simpler_at, best, at, 1):
+            best, at = simpler, simpler_at
+    return best, at
+
+
+def _rejected(table: Table, worse: Joint, worse_at: int, better: Joint, better_at: int, tried: int) -> bool:
+    return (
+        _margin(table, worse, worse_at, better, better_at) >= HALF_AS_WELL_AGAIN
+        and _sure(table, worse, worse_at, better, better_at, tried) >= SURE
+    )
+
+
+def _margin(table: Table, worse: Joint, worse_at: int, better: Joint, better_at: int) -> float:
+    total = 0.0
+    for name, identity in table.identities.items():
+        gain = identity.likelihood(better_at, getattr(better, name)) - identity.likelihood(
+            worse_at, getattr(worse, name)
+        )
+        total += 2 * gain / identity.moments.independent
+    return total
+
+
+def _sure(table: Table, worse: Joint, worse_at: int, better: Joint, better_at: int, tried: int) -> float:
+    labels = np.unique(np.concatenate([i.moments.labels for i in table.identities.values()]))
+    sums = np.zeros((3, len(labels)))
+    for name, identity in table.identities.items():
+        m = identity.moments
+        channel, other = identity.series(better_at, getattr(better, name))
+        _, declared = identity.series(worse_at, getattr(worse, name))
+        noise = ((channel - other) ** 2).mean(axis=0) + m.floor
+        d = (other - declared) / noise
+        where = np.searchsorted(labels, m.labels)[m.block]
+        np.add.at(sums[0], where, ((channel - declared) * d).sum(axis=1))
+        np.add.at(sums[1], where, ((other - declared) * d).sum(axis=1))
+        np.add.at(sums[2], where, ((channel - other) * d).sum(axis=1))
+    return sure_of_difference(*sums, tried=tried)
+
+
+def _tried(table: Table) -> int:
+    return len(table.poses) + sum(i.values[0].size for i in table.identities.values())
+
+
+def _understood(table: Table, best: Joint, at: int, changed: list[str]) -> bool:
+    for name, identity in table.identities.items():
+        touched = any(f.startswith((name, "pose")) for f in changed)
+        if not touched:
+            continue
+        vector: Vector = getattr(best, name)
+        if name == "force":
+            unit = vector.unit
+            if identity.rms(at, vector) / unit > MOST_FORCE_REST:
+                return False
+        elif identity.unexplained(at, vector) > MOST_UNEXPLAINED:
+            return False
+    return True
+
+
+def _part(joint: Joint, factor: str) -> object:
+    channel, key = factor.split(".")
+    return getattr(getattr(joint, channel), key)
+
+
+def _reset(joint: Joint, factor: str) -> Joint:
+    channel, key = factor.split(".")
+    plain = getattr(getattr(Joint(), channel), key)
+    return replace(joint, **{channel: replace(getattr(joint, channel), **{key: plain})})
+
+
+def _finding(table: Table, best: Joint, at: int, factor: str, sure: float) -> Finding:
+    code, what, remedy, channels = _SENTENCES[factor](best)
+    names = [n for n in table.identities if factor.startswith(("pose", n))]
+    declared_at = table.poses.index(Pose())
+    rest = {}
+    for name in names:
+        identity = table.identities[name]
+        rest[name] = {
+            "unexplained_as_declared": identity.unexplained(declared_at, Vector()),
+            "unexplained_as_found": identity.unexplained(at, getattr(best, name)),
+        }
+    numbers = "; ".join(
+        f"{name}: {_percent(r['unexplained_as_declared'])} unexplained as declared, "
+        f"{_percent(r['unexplained_as_found'])} so"
+        for name, r in rest.items()
+    )
+    return Finding(
+        code, "reject", f"{what} ({numbers})", SPOILS, remedy, sure=min(sure, 0.9999), channels=channels, values=rest
+    )
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.3g} %" if share < 100 else f"{share:.3g} times its own size"
+
+
+_NAMES = {"rate": ("wx", "wy", "wz"), "velocity": ("vx", "vy", "vz"), "force": ("ax", "ay", "az")}
+_WORDS = {"rate": "angular velocity", "velocity": "velocity", "force": "specific force"}
+_CODES = {"rate": "rate", "velocity": "velocity", "force": "acceleration"}
+Sentence = tuple[str, str, str, tuple[str, ...]]
+
+
+def _attitude(joint: Joint) -> Sentence:
+    reading = READINGS[joint.pose.attitude]
+    return reading.code, f"the attitude {reading.what}", reading.remedy, ("qw", "qx", "qy", "qz")
+
+
+def _pose_axes(joint: Joint) -> Sentence:
+    return (
+        "position_frame",
+        f"positions are given in {_world(joint.pose.axes)} axes, not in those of the attitude",
+        f"declare the position's frame as {joint.pose.axes}",
+        ("px", "py", "pz"),
+    )
+
+
+def _pose_unit(joint: Joint) -> Sentence:
+    return (
+        "position_unit",
+        f"positions are {joint.pose.unit:g} times too large for metres",
+        f"scale the position by {1 / joint.pose.unit:g}",
+        ("px", "py", "pz"),
+    )
+
+
+def _pose_down(joint: Joint) -> Sentence:
+    return (
+        "world_z_down",
+        "the world's z axis points down (gravity acts along +z)",
+        "declare world frame NED (z down) and body frame FRD",
+        ("pz", "vz", "qw", "qx", "qy", "qz"),
+    )
+
+
+def _turn(channel: str) -> Callable[[Joint], Sentence]:
+    word, code, names = _WORDS[channel], _CODES[channel], _NAMES[channel]
+
+    def sentence(joint: Joint) -> Sentence:
+        turn = getattr(joint, channel).turn
+        world = channel == "velocity"
+        if world:
+            what = (
+                f"{word} is in the body frame, not the world's"
+                if turn < 0
+                else f"{word} was in the world frame already and was turned from body to world once too often"
+            )
+            remedy = "declare the velocity's frame as " + ("body" if turn < 0 else "world")
+        else:
+            what = (
+                f"{word} is in the world frame, not the body's"
+                if turn > 0
+                else f"{word} was in the body frame already and was turned from world to body once too often"
+            )
+            remedy = f"declare the frame of {names[0]}..{names[2]} as " + ("world" if turn > 0 else "body")
+        return f"{code}_frame", what, remedy, names
+
+    return sentence
+
+
+def _unit(channel: str) -> Callable[[Joint], Sentence]:
+    word, code, names = _WORDS[channel], _CODES[channel], _NAMES[channel]
+
+    def sentence(joint: Joint) -> Sentence:
+        unit = getattr(joint, channel).unit
+        special = {
+            ("rate", True): "is in deg/s, not rad/s",
+            ("rate", False): "was in rad/s and was converted from deg/s",
+            ("force", False): "is in g, not m/s^2",
+            ("force", True): "was in m/s^2 and was multiplied by g",
+        }.get((channel, unit > 1), f"is {unit:.4g} times that of m/s")
+        known = channel == "rate" and not np.isclose(unit, DEGREE, rtol=0.1) and not np.isclose(unit * DEGREE, 1, 0.1)
+        text = f"is {unit:.4g} times that of rad/s" if known else special
+        return f"{code}_unit", f"{word} {text}", f"scale {names[0]}..{names[2]} by {1 / unit:.6g}", names
+
+    return sentence
+
+
+def _axes(channel: str) -> Callable[[Joint], Sentence]:
+    word, code, names = _WORDS[channel], _CODES[channel], _NAMES[channel]
+
+    def sentence(joint: Joint) -> Sentence:
+        axes = AXES[getattr(joint, channel).axes]
+        if np.array_equal(axes, -np.eye(3)):
+            return f"{code}_sign", f"{word} has the opposite sign", f"negate {', '.join(names)}", names
+        where = "world" if channel == "velocity" else "body"
+        return (
+            f"{code}_axes",
+            f"{word} has other axes than the {where}: its columns hold {_axes_text(axes)} of the {where}",
+            f"declare the axes of {names[0]}..{names[2]}" + (" (FRD)" if axes[1, 1] == axes[2, 2] == -1 else ""),
+            names,
+        )
+
+    return sentence
+
+
+def _removed(joint: Joint) -> Sentence:
+    return (
+        "acceleration_without_gravity",
+        "ax, ay, az hold the acceleration without gravity, not the specific force",
+        "add gravity back: a = a + R' (0, 0, g)",
+        ("ax", "ay", "az"),
+    )
+
+
+def _axes_text(axes: Array) -> str:
+    return ", ".join(("+" if row[k] > 0 else "-") + "xyz"[k] for row in axes for k in [int(np.argmax(np.abs(row)))])
+
+
+def _world(axes: str) -> str:
+    return {"NED": "north-east-down", "z down": "z-down"}.get(axes, axes)
+
+
+_SENTENCES: dict[str, Callable[[Joint], Sentence]] = {
+    "pose.attitude": _attitude,
+    "pose.axes": _pose_axes,
+    "pose.unit": _pose_unit,
+    "pose.down": _pose_down,
+    "force.removed": _removed,
+    **{f"{c}.turn": _turn(c) for c in _NAMES},
+    **{f"{c}.unit": _unit(c) for c in _NAMES},
+    **{f"{c}.axes": _axes(c) for c in _NAMES},
+}

@@ -1,0 +1,114 @@
+"""Times at which a flight contradicts itself: an estimator that diverged, a reference that was not followed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from infotraj.checking.conventions import Verdict
+from infotraj.checking.finding import Finding, Span, spans_text
+from infotraj.checking.readings import Identity, Table
+from infotraj.checking.streams import runs
+from infotraj.flight import POSITION, REFERENCE_POSITION, Flight
+from infotraj.rotations import Array
+
+# Rests that no sensor in order leaves over a second, by identity: rad/s, m/s, m/s^2 (a third of g).
+LARGE = {"rate": 1.0, "velocity": 0.5, "force": 3.3}
+TIMES_USUAL = 6.0
+SMALL_SHARE = 0.15
+_PAIRS = {
+    "rate": ("attitude and angular velocity", ("qw", "qx", "qy", "qz", "wx", "wy", "wz")),
+    "velocity": ("position and velocity", ("px", "py", "pz", "vx", "vy", "vz")),
+    "force": ("specific force and the motion of the pose", ("ax", "ay", "az", "px", "py", "pz")),
+}
+
+
+def contradictions(table: Table, verdict: Verdict, start: float) -> list[Finding]:
+    """Blocks of 1 s, at least two in a row, in which an identity that holds elsewhere is broken grossly."""
+    found = []
+    for name, identity in table.identities.items():
+        vector = getattr(verdict.joint, name)
+        rms = _by_block(identity, verdict.pose, vector)
+        limit = max(LARGE[name] * vector.unit, TIMES_USUAL * float(np.median(rms)))
+        bad = rms > limit
+        labels = identity.moments.labels
+        spans: tuple[Span, ...] = tuple(
+            (float(start + labels[a]), float(start + labels[b - 1] + 1)) for a, b in runs(bad) if b - a >= 2
+        )
+        if not spans:
+            continue
+        share = float(bad.mean())
+        what, columns = _PAIRS[name]
+        found.append(
+            Finding(
+                "contradiction",
+                "cut" if share > SMALL_SHARE else "warning",
+                f"{what} contradict each other ({spans_text(spans)}): "
+                f"{rms[bad].max() / max(np.median(rms), 1e-9):.0f} times the usual difference",
+                "an estimator diverged or a sensor failed: the state there is not the vehicle's",
+                "use the rest of the flight",
+                sure=0.99,
+                spans=spans,
+                channels=columns,
+                values={"usual": float(np.median(rms)), "worst": float(rms.max()), "share": share},
+                drop=True,
+            )
+        )
+    return found
+
+
+def unexplained_rates(table: Table, verdict: Verdict) -> list[Finding]:
+    """Angular velocity that no reading of the conventions makes agree with a turning attitude."""
+    identity = table.identities.get("rate")
+    if identity is None or verdict.joint.rate.unit != 1.0:
+        return []
+    predicted = identity.series(verdict.pose, verdict.joint.rate)[1]
+    turning = float(np.sqrt(predicted.var(axis=0).sum()))
+    left = identity.rms(verdict.pose, verdict.joint.rate) * np.sqrt(3)
+    if turning < 0.3 or left < turning:
+        return []
+    return [
+        Finding(
+            "rates_unexplained",
+            "warning",
+            f"the angular velocity does not follow the attitude: it differs by {left:.2g} rad/s rms where the attitude "
+            f"turns at {turning:.2g} rad/s rms, in every reading of frames, axes and units",
+            "torque errors would be those of the sensor",
+            "derive the rates from the attitude, or find a better stream",
+            sure=0.99,
+            channels=("wx", "wy", "wz"),
+            values={"left": left, "turning": turning},
+        )
+    ]
+
+
+def reference_not_followed(flight: Flight, airborne: Array) -> list[Finding]:
+    """A vehicle that is far from its reference most of the flight: more than half the reference's own extent."""
+    if not flight.has(*REFERENCE_POSITION, *POSITION) or airborne.sum() < 20:
+        return []
+    ref, p = flight.get(*REFERENCE_POSITION)[airborne], flight.get(*POSITION)[airborne]
+    error = np.linalg.norm(p - ref, axis=1)
+    good = np.isfinite(error)
+    if good.sum() < 20:
+        return []
+    middle = float(np.median(error[good]))
+    extent = float(np.linalg.norm(np.nanpercentile(ref, 95, axis=0) - np.nanpercentile(ref, 5, axis=0)))
+    if middle < max(0.3, 0.5 * extent):
+        return []
+    return [
+        Finding(
+            "reference_not_followed",
+            "warning",
+            f"the vehicle is {middle:.2g} m from its reference in half of the flight "
+            f"(the reference extends over {extent:.2g} m)",
+            "the flight is not the one that was asked for: a failed flight, or a reference in another frame",
+            "look at the flight before using it",
+            values={"median_error": middle, "reference_extent": extent},
+        )
+    ]
+
+
+def _by_block(identity: Identity, pose: int, vector: object) -> Array:
+    channel, predicted = identity.series(pose, vector)
+    m = identity.moments
+    squares = ((channel - predicted) ** 2).sum(axis=1)
+    return np.sqrt(np.bincount(m.block, weights=squares, minlength=len(m.labels)) / m.count)

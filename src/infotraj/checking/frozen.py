@@ -1,0 +1,173 @@
+"""Streams that died and were filled in: straight lines where a sensor should be, and values that stand still.
+
+A logger that puts streams on one clock interpolates over what it did not receive; after the last sample it
+extrapolates. No sensor and no controller in flight draws a straight line to the last bit for half a second.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from infotraj.checking.finding import Finding, Span, spans_text
+from infotraj.checking.streams import runs
+from infotraj.flight import (
+    ATTITUDE,
+    COMMANDED_WRENCH,
+    POSITION,
+    RATE,
+    SPECIFIC_FORCE,
+    VELOCITY,
+    Flight,
+)
+from infotraj.rotations import Array
+
+SHORTEST = 0.5
+# A stream that arrives slower than the rows is interpolated in between by design; a death is far longer than that.
+TIMES_USUAL = 10
+# Losing less than this share of the flight leaves the log as good as it was, apart from the rows themselves.
+SMALL_SHARE = 0.15
+# Straight within the rounding of single precision, in which most loggers store.
+ROUNDING = 1e-6
+
+
+@dataclass(frozen=True)
+class Dead:
+    """Rows (n,) in which a group of columns (one stream) is a straight line or stands still."""
+
+    columns: tuple[str, ...]
+    rows: Array
+
+
+def stream_groups(flight: Flight) -> list[tuple[str, ...]]:
+    """Columns that come from one stream, by name; references and the battery are left out: they may well be
+    straight."""
+    fixed = [g for g in (POSITION, ATTITUDE, VELOCITY, RATE, SPECIFIC_FORCE, COMMANDED_WRENCH) if flight.has(*g)]
+    counted = []
+    for prefix in ("rotor_", "tilt_", "cmd_rotor_", "cmd_tilt_"):
+        count = flight.numbered(prefix).shape[1]
+        if count:
+            counted.append(tuple(f"{prefix}{k}" for k in range(count)))
+    return fixed + counted
+
+
+def straight_streams(flight: Flight) -> list[Dead]:
+    """Streams whose columns all run straight (and not all level) for longer than SHORTEST, stream by stream."""
+    found = []
+    for columns in stream_groups(flight):
+        x = flight.get(*columns)
+        good = np.isfinite(x).all(axis=1)
+        if good.sum() < 20:
+            continue
+        t = flight.t[good]
+        rows = np.zeros(len(flight.table), dtype=bool)
+        straight, level = _straight(t, x[good])
+        where = np.flatnonzero(good)
+        for a, b in _long(t, straight & ~level):
+            if columns == POSITION and _moves_so(flight, where[a], where[b - 1]):
+                continue
+            # the last sample has no neighbour to be measured by: it belongs to the line that leads to it
+            last = len(where) - 1 if b == len(where) - 1 else b - 1
+            rows[where[a] : where[last] + 1] = True
+        if rows.any():
+            found.append(Dead(columns, rows))
+    return found
+
+
+def still_streams(flight: Flight, airborne: Array) -> list[Dead]:
+    """Streams that stand still in flight, to the last bit, while they move in the rest of it."""
+    found = []
+    others = stream_groups(flight)
+    for columns in others:
+        x = flight.get(*columns)
+        good = np.isfinite(x).all(axis=1)
+        if good.sum() < 20:
+            continue
+        t, where = flight.t[good], np.flatnonzero(good)
+        same = np.concatenate([[False], (np.diff(x[good], axis=0) == 0).all(axis=1)])
+        # a run of equal steps begins at the sample before it
+        same[:-1] |= same[1:]
+        if same.all():
+            continue
+        rows = np.zeros(len(flight.table), dtype=bool)
+        for a, b in _long(t, same & airborne[good]):
+            rows[where[a] : where[b - 1] + 1] = True
+        if rows.any() and not _all_still(flight, rows, columns, others):
+            found.append(Dead(columns, rows))
+    return found
+
+
+def dead_findings(flight: Flight, dead: list[Dead], airborne: Array, kind: str) -> list[Finding]:
+    """One finding for all streams that died together; a cut where it costs more than SMALL_SHARE of the flight."""
+    if not dead:
+        return []
+    t = flight.t
+    rows = np.any([d.rows for d in dead], axis=0)
+    spans: tuple[Span, ...] = tuple((float(t[a]), float(t[b - 1])) for a, b in runs(rows))
+    hit = rows & airborne if airborne.any() else rows
+    share = float(hit.sum() / max(airborne.sum(), 1))
+    columns = tuple(c for d in dead for c in d.columns)
+    many = share > SMALL_SHARE
+    seconds = sum(b - a for a, b in spans)
+    how = "run on straight lines" if kind == "straight" else "stand still"
+    return [
+        Finding(
+            "dead_stream" if kind == "straight" else "stuck",
+            "cut" if many else "note",
+            f"{_brief(columns)} {how} to the last bit for {seconds:.1f} s ({spans_text(spans)})",
+            "the values there were never measured: they were "
+            + ("interpolated or extrapolated by the logger" if kind == "straight" else "repeated"),
+            "use the rows outside these times" if many else "leave these rows out",
+            spans=spans,
+            channels=columns,
+            values={"share_of_flight": share, "seconds": seconds},
+            drop=True,
+        )
+    ]
+
+
+def _straight(t: Array, x: Array) -> tuple[Array, Array]:
+    # a row is straight when every column lies on the chord of its two neighbours
+    left, right = np.diff(t)[:-1, None], np.diff(t)[1:, None]
+    chord = (x[:-2] * right + x[2:] * left) / (left + right)
+    size = np.maximum.reduce([np.abs(x[:-2]), np.abs(x[1:-1]), np.abs(x[2:])])
+    tolerance = ROUNDING * size + 1e-9
+    on = np.zeros(len(x), dtype=bool)
+    on[1:-1] = (np.abs(x[1:-1] - chord) <= tolerance).all(axis=1)
+    level = np.zeros(len(x), dtype=bool)
+    level[1:-1] = (np.abs(x[2:] - x[:-2]) <= tolerance).all(axis=1)
+    return on, level
+
+
+def _long(t: Array, mask: Array) -> list[tuple[int, int]]:
+    found = runs(mask)
+    if not found:
+        return []
+    length = np.array([t[b - 1] - t[a] for a, b in found])
+    usual = np.median(length) if len(found) > 20 else 0.0
+    limit = max(SHORTEST, TIMES_USUAL * usual)
+    return [run for run, seconds in zip(found, length, strict=True) if seconds >= limit]
+
+
+def _moves_so(flight: Flight, first: int, last: int) -> bool:
+    # a vehicle that truly flies straight at constant speed has a velocity that says so
+    if not flight.has(*VELOCITY):
+        return False
+    t, p, v = flight.t, flight.get(*POSITION), flight.get(*VELOCITY)[first : last + 1]
+    slope = (p[last] - p[first]) / (t[last] - t[first])
+    return bool(np.nanmax(np.abs(v - slope)) < 0.02 * np.linalg.norm(slope) + 1e-6)
+
+
+def _all_still(flight: Flight, rows: Array, columns: tuple[str, ...], groups: list[tuple[str, ...]]) -> bool:
+    # a simulation without noise may truly stand still: then nothing else moves either
+    rest = [g for g in groups if g != columns]
+    if not rest:
+        return False
+    spread = [np.nanmax(np.ptp(flight.get(*g)[rows], axis=0)) for g in rest if np.isfinite(flight.get(*g)[rows]).any()]
+    return bool(spread) and max(spread) < 1e-6
+
+
+def _brief(columns: tuple[str, ...]) -> str:
+    shown = ", ".join(columns[:6])
+    return shown if len(columns) <= 6 else f"{shown} and {len(columns) - 6} more"

@@ -1,0 +1,114 @@
+"""The three kinematic identities of a rigid body, as channels and predictions that pass the same averaging.
+
+    rate:          the rotation from q(t - h/2) to q(t + h/2), over h       = mean of the angular velocity over h
+    velocity:      (p(t + h/2) - p(t - h/2)) / h                            = mean of the velocity over h
+    acceleration:  R' ((p(t + h) - 2 p(t) + p(t - h)) / h^2 + g e_z)        = mean of the specific force over sqrt(2) h
+
+Both sides of the first two pass exactly the same box average; the second difference weighs with a triangle of half
+width h, and the box of width sqrt(2) h has the same variance (and both are symmetric: no time shift).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from infotraj import rotations
+from infotraj.checking.attitude import NED_TO_ENU
+from infotraj.checking.streams import Stream, attitude_stream, runs, stream
+from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
+from infotraj.rotations import Array
+
+MOST_BLOCKS = 90
+EDGE = 0.5
+
+WORLD_AXES: dict[str, Array] = {
+    "": np.eye(3),
+    "NED": rotations.matrix(NED_TO_ENU),
+    "z down": np.diag([1.0, -1.0, -1.0]),
+}
+
+
+@dataclass(frozen=True)
+class Channels:
+    """The streams of one flight that kinematics ties together (None where absent or derived from each other), the
+    averaging width (s), and the sample times (n,) with their block numbers (n,)."""
+
+    attitude: Stream | None
+    position: Stream | None
+    velocity: Stream | None
+    rate: Stream | None
+    force: Stream | None
+    width: float
+    centres: Array
+    block: Array
+
+
+def channels(flight: Flight, airborne: Array, rate: tuple[str, ...] = RATE) -> Channels:
+    """Streams and sample times in the air. At most MOST_BLOCKS blocks of 1 s, spread evenly over the flight.
+
+    Columns that the metadata call `derived` are left out: they agree with their source by construction. Half a second
+    beside take-off and landing is left out too: impacts say nothing about conventions.
+    """
+    derived = derived_columns(flight)
+
+    def own(columns: tuple[str, ...]) -> Stream | None:
+        return None if set(columns) & derived else stream(flight, columns)
+
+    attitude = own(ATTITUDE)
+    attitude = attitude_stream(attitude) if attitude else None
+    position, velocity = own(POSITION), own(VELOCITY)
+    rates, force = own(rate), own(SPECIFIC_FORCE)
+    steps = [s.step for s in (attitude, position, velocity) if s] or [s.step for s in (rates, force) if s] or [0.01]
+    width = float(max(0.08, 2 * max(steps)))
+    centres = _centres(flight.t, airborne, width)
+    block = np.floor(centres - flight.t[0]).astype(int)
+    labels = np.unique(block)
+    if len(labels) > MOST_BLOCKS:
+        chosen = labels[np.linspace(0, len(labels) - 1, MOST_BLOCKS).round().astype(int)]
+        keep = np.isin(block, chosen)
+        centres, block = centres[keep], block[keep]
+    return Channels(attitude, position, velocity, rates, force, width, centres, block)
+
+
+def derived_columns(flight: Flight) -> set[str]:
+    """The columns that the metadata entry `derived` names (a list, or a mapping from column to source)."""
+    derived = flight.meta.get("derived") or ()
+    return {str(c) for c in derived}
+
+
+def body_increment(q: Stream, centres: Array, width: float) -> tuple[Array, Array]:
+    """Mean angular velocity in the body frame (n, 3), rad/s, by the rotation over `width`, and q at the centres."""
+    before, middle, after = (rotations.normalize(q.at(centres + s * width)) for s in (-0.5, 0.0, 0.5))
+    # expressed at the middle of the interval: half the increment turns it back, which leaves the vector as it is
+    return rotations.log(rotations.multiply(rotations.conjugate(before), after)) / width, middle
+
+
+def velocity_of(p: Stream, centres: Array, width: float) -> Array:
+    """Mean velocity (n, 3) over `width` from positions."""
+    return (p.at(centres + width / 2) - p.at(centres - width / 2)) / width
+
+
+def acceleration_of(p: Stream | None, v: Stream | None, centres: Array, width: float) -> Array:
+    """Mean acceleration (n, 3): second difference of p, else first difference of v, else zero."""
+    if p is not None:
+        return (p.at(centres + width) - 2 * p.at(centres) + p.at(centres - width)) / width**2
+    if v is not None:
+        wide = np.sqrt(2) * width
+        return (v.at(centres + wide / 2) - v.at(centres - wide / 2)) / wide
+    return np.zeros((len(centres), 3))
+
+
+def shifted(channel: Stream, centres: Array, width: float, shifts: Array) -> Array:
+    """The channel averaged over `width` at centres + shift, (L, n, 3)."""
+    return np.stack([channel.mean(centres + s, width) for s in shifts])
+
+
+def _centres(t: Array, airborne: Array, width: float) -> Array:
+    pieces = []
+    for a, b in runs(airborne):
+        start, stop = t[a] + EDGE, t[b - 1] - EDGE
+        if stop - start > 1.0:
+            pieces.append(np.arange(start, stop, width / 3))
+    return np.concatenate(pieces) if pieces else np.empty(0)

@@ -1,0 +1,18 @@
+"""From any log to a flight table: `import_log`, `read_streams` (before the common clock), `recognise`."""
+
+from infotraj.importing.importer import Stream, Streams, import_log, read_streams, to_flight
+from infotraj.importing.mapping import Mapping, load_mapping, parse_mapping, shipped
+from infotraj.importing.recognise import recognise
+
+__all__ = [
+    "Mapping",
+    "Stream",
+    "Streams",
+    "import_log",
+    "load_mapping",
+    "parse_mapping",
+    "read_streams",
+    "recognise",
+    "shipped",
+    "to_flight",
+]

@@ -1,0 +1,100 @@
+"""From a log's numbers to the table's: units, axes, quaternion order, and vectors turned between world and body."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from infotraj import rotations
+from infotraj.importing.channels import CHANNELS
+from infotraj.importing.frames import rotate_attitudes, rotate_vectors
+from infotraj.importing.log import Samples
+from infotraj.importing.mapping import ChannelMap, Mapping, StreamMap, dimension_of, frame_matrix, unit_of
+from infotraj.importing.units import STANDARD_GRAVITY, conversion
+from infotraj.rotations import Array
+
+
+def channel_values(name: str, mapped: ChannelMap, stream: StreamMap, mapping: Mapping, samples: Samples) -> Array:
+    """One channel's samples (n, columns) in SI and in the table's axes, but vectors still `expressed_in` as logged."""
+    channel = CHANNELS[name]
+    raw = _stack(mapped, samples)
+    factor, shift = conversion(dimension_of(name, mapped), unit_of(name, mapped))
+    values = _affine(_affine(raw, factor, shift), mapped.scale, mapped.offset)
+    world = _frame(stream, mapping, "world")
+    body = _frame(stream, mapping, "body")
+    if channel.frame == "attitude":
+        return _attitude(mapped, values, world, body)
+    if channel.frame in ("world", "body"):
+        return rotate_vectors(world if expressed_in(name, mapped) == "world" else body, values)
+    return values
+
+
+def expressed_in(name: str, mapped: ChannelMap) -> str:
+    """'world' or 'body': the axes of a vector as it is logged."""
+    return mapped.expressed_in or CHANNELS[name].frame
+
+
+def needs_attitude(name: str, mapped: ChannelMap) -> bool:
+    """True where a vector has to be turned by the vehicle's attitude to be in the table's axes."""
+    channel = CHANNELS[name]
+    turned = channel.frame in ("world", "body") and expressed_in(name, mapped) != channel.frame
+    return turned or mapped.gravity_removed
+
+
+def turn(name: str, mapped: ChannelMap, values: Array, q: Array) -> Array:
+    """Vectors (n, 3) with attitudes q (n, 4) in the axes of the table; gravity put back where it was removed."""
+    logged, wanted = expressed_in(name, mapped), CHANNELS[name].frame
+    if mapped.gravity_removed and logged == "world":
+        values = values + np.array([0.0, 0.0, STANDARD_GRAVITY])
+    if logged != wanted:
+        values = rotations.to_world(q, values) if wanted == "world" else rotations.to_body(q, values)
+    if mapped.gravity_removed and logged == "body":
+        values = values + rotations.to_body(q, np.broadcast_to([0.0, 0.0, STANDARD_GRAVITY], values.shape))
+    return values
+
+
+def _stack(mapped: ChannelMap, samples: Samples) -> Array:
+    if any("*" in f for f in mapped.fields):
+        values = samples.numbers[mapped.fields[0]]
+        if mapped.count is not None and len(values):
+            values = values[:, : max(int(np.nanmax(samples.numbers[mapped.count])), 1)]
+        # A fixed-size message array reports the unused places as NaN (PX4's actuator_motors).
+        used = np.flatnonzero(np.isfinite(values).any(axis=0)) if values.size else np.zeros(0, int)
+        return values[:, : int(used[-1]) + 1] if used.size else values
+    return np.stack([samples.numbers[f] for f in mapped.fields], axis=-1)
+
+
+def _affine(values: Array, factor: float, shift: float) -> Array:
+    if factor != 1.0:
+        values = values * factor
+    return values + shift if shift != 0.0 else values
+
+
+def _attitude(mapped: ChannelMap, values: Array, world: Array, body: Array) -> Array:
+    if mapped.euler:
+        q = rotations.from_euler(values[:, 0], values[:, 1], values[:, 2])
+    else:
+        q = values[:, [3, 0, 1, 2]] if mapped.order == "xyzw" else values
+    # All zeros is how estimators and trackers say "not yet"; it is no attitude.
+    q = np.where((q == 0).all(axis=-1, keepdims=True), np.nan, q)
+    if mapped.rotates == "world_to_body":
+        q = rotations.conjugate(q)
+    turned = rotate_attitudes(world, body, q)
+    return turned if turned is q and not mapped.euler else _one_sign(turned)
+
+
+def _one_sign(q: Array) -> Array:
+    """The same attitudes with signs that do not jump, and qw >= 0 in the first one."""
+    good = np.isfinite(q).all(axis=-1)
+    if good.any():
+        kept = rotations.continuous(q[good])
+        q[good] = -kept if kept[0, 0] < 0 else kept
+    return q
+
+
+def _frame(stream: StreamMap, mapping: Mapping, which: Any) -> Array:
+    own = getattr(stream, which)
+    matrix = frame_matrix(own if own is not None else getattr(mapping, which), which)
+    assert matrix is not None
+    return matrix

@@ -1,0 +1,96 @@
+"""Which kind of log a path is, by its first bytes; and opening it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from infotraj.errors import InputError, problem
+from infotraj.importing.crazyflie import MAGIC, CrazyflieLog
+from infotraj.importing.log import Log
+from infotraj.importing.rosbag import RosBag
+from infotraj.importing.table import TableFile
+from infotraj.importing.ulog import ULogFile
+
+_KINDS = "a bag (.bag, .mcap, .db3 or a bag's folder), a ULog (.ulg), a Crazyflie micro-SD log, CSV or Parquet"
+_TEXT_SUFFIXES = {".csv", ".tsv", ".txt", ".dat", ".log", ""}
+_BINARY_SUFFIXES = {".bag": "rosbag", ".mcap": "rosbag", ".db3": "rosbag", ".ulg": "ulog", ".parquet": "table"}
+
+
+def kind_of(path: Path) -> str:
+    """'rosbag', 'ulog', 'crazyflie' or 'table'. InputError where it is none, or not what its name says."""
+    if path.is_dir():
+        bag_folder(path)
+        return "rosbag"
+    if not path.is_file():
+        raise InputError(problem(f"{path}: no such file", _KINDS, "Check the path."))
+    try:
+        with open(path, "rb") as file:
+            head = file.read(512)
+    except OSError as error:
+        raise InputError(problem(f"{path}: {error.strerror}", "a readable file", "Check its permissions.")) from error
+    if not head:
+        raise InputError(problem(f"{path}: 0 bytes", _KINDS, "The log was never written, or not copied."))
+    found = _by_content(head, path)
+    named = _BINARY_SUFFIXES.get(path.suffix.lower())
+    if found is None or (named is not None and found != named):
+        what = "text" if _is_text(head) else "not of a known format"
+        remedy = "Rename it by what it holds." if found else "Check how it was made."
+        raise InputError(problem(f"{path}: {found or what}", named or _KINDS, remedy))
+    return found
+
+
+def open_log(
+    path: Path,
+    kind: str,
+    ulog_topics: frozenset[str] = frozenset(),
+    definitions: tuple[Path, ...] = (),
+    allow_damaged: bool = False,
+) -> Log:
+    """An open log of the given kind; the caller closes it. InputError where its bytes cannot be read."""
+    if kind == "rosbag":
+        return RosBag(bag_folder(path) if path.is_dir() else path, definitions)
+    if kind == "ulog":
+        return ULogFile(path, ulog_topics, allow_damaged)
+    if kind == "crazyflie":
+        return CrazyflieLog(path, allow_damaged)
+    return TableFile(path, allow_damaged)
+
+
+def bag_folder(path: Path) -> Path:
+    """The bag in a folder: the folder itself where it has its metadata.yaml, else its only .mcap or .db3."""
+    if (path / "metadata.yaml").is_file():
+        return path
+    inside = sorted([*path.glob("*.mcap"), *path.glob("*.db3")])
+    if len(inside) != 1:
+        what = f"a directory with {len(inside)} bag files and no metadata.yaml" if inside else "a directory, no bag"
+        raise InputError(problem(f"{path}: {what}", "metadata.yaml, or one .mcap or .db3", "Name the file itself."))
+    return inside[0]
+
+
+def _by_content(head: bytes, path: Path) -> str | None:
+    if head.startswith(b"#ROSBAG V") and path.suffix == ".bag":
+        return "rosbag"
+    if head.startswith(b"\x89MCAP0\r\n") and path.suffix == ".mcap":
+        return "rosbag"
+    if head.startswith(b"SQLite format 3\x00") and path.suffix == ".db3":
+        return "rosbag"
+    if head.startswith(b"ULog\x01\x12\x35"):
+        return "ulog"
+    if head.startswith(b"PAR1") and path.suffix == ".parquet":
+        return "table"
+    if head[0] == MAGIC:
+        return "crazyflie"
+    if _is_text(head) and path.suffix.lower() in _TEXT_SUFFIXES:
+        return "table"
+    return None
+
+
+def _is_text(head: bytes) -> bool:
+    try:
+        text = head.decode("utf-8")
+    except UnicodeDecodeError as error:
+        # The last character may have been cut in half by reading 512 bytes.
+        if error.start < len(head) - 4:
+            return False
+        text = head[: error.start].decode("utf-8")
+    return all(c.isprintable() or c in "\t\r\n\ufeff" for c in text)

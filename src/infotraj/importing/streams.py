@@ -1,0 +1,182 @@
+"""From a mapping to the topics of this log: which topic feeds which channel, by rules that are stated and noted.
+
+Of several topics that fit a stream, in this order: the mapping's own order of names, its `prefer` list, most messages,
+first in the alphabet. A channel comes from the first stream, in the mapping's order, that carries all of its fields.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import Any
+
+from infotraj.errors import InputError, UsageError, problem
+from infotraj.importing.channels import CHANNELS
+from infotraj.importing.log import Log, Topic
+from infotraj.importing.mapping import ChannelMap, Mapping, StreamMap, TimeMap
+
+_DEFAULT_TIME = {
+    "rosbag": TimeMap(fields=("header.stamp", "record")),
+    "ulog": TimeMap(fields=("timestamp_sample", "timestamp"), unit="us"),
+    "crazyflie": TimeMap(fields=("timestamp",), unit="ns"),
+}
+
+
+@dataclass
+class Feed:
+    """One stream of the mapping that this log has: its topic, the channels present, and those used for the table."""
+
+    stream: StreamMap
+    topic: Topic
+    time: TimeMap
+    channels: dict[str, ChannelMap]
+    used: list[str] = field(default_factory=list)
+
+
+@dataclass
+class Plan:
+    """What a mapping finds in a log."""
+
+    mapping: Mapping
+    feeds: list[Feed]
+    notes: list[str]
+
+    def feed_of(self, channel: str) -> Feed | None:
+        """The feed that the channel comes from."""
+        return next((f for f in self.feeds if channel in f.used), None)
+
+    @property
+    def channels(self) -> list[str]:
+        """The channels that the table will hold, in the table's order."""
+        return [c for c in CHANNELS if self.feed_of(c) is not None]
+
+
+def plan(log: Log, mapping: Mapping) -> Plan:
+    """Finds the mapping's streams in the log. UsageError where the mapping is for another kind of log."""
+    if log.kind not in mapping.reads:
+        raise UsageError(
+            problem(
+                f"mapping {mapping.name} reads {', '.join(mapping.reads)}, but {log.path} is a {log.kind}",
+                "a mapping for this kind of log",
+                "Choose another --mapping.",
+            )
+        )
+    notes: list[str] = []
+    feeds = []
+    for stream in mapping.streams:
+        feed = _find(log, mapping, stream, notes)
+        if feed is not None:
+            feeds.append(feed)
+    taken: set[str] = set()
+    for feed in feeds:
+        feed.used = [c for c in feed.channels if c not in taken]
+        taken.update(feed.used)
+    return Plan(mapping, feeds, notes)
+
+
+def require_channels(found: Plan, log: Log) -> None:
+    """InputError, saying what the log has, where the mapping finds nothing in it."""
+    if found.channels:
+        return
+    has = ", ".join(t.name for t in log.topics if t.messages != 0) or "no topic with messages"
+    asked = sorted({name for s in found.mapping.streams for name in (s.topic or s.type or ("its columns",))})
+    hint = f" ({found.notes[0]})" if found.notes else ""
+    raise InputError(
+        problem(
+            f"{log.path}: nothing that mapping {found.mapping.name} asks for{hint}; it has {has[:300]}",
+            ", ".join(asked)[:300],
+            "Write a mapping (docs/import.md) and give it with --mapping.",
+        )
+    )
+
+
+def _find(log: Log, mapping: Mapping, stream: StreamMap, notes: list[str]) -> Feed | None:
+    fitting: list[tuple[Any, Topic, dict[str, ChannelMap]]] = []
+    for topic in log.topics:
+        rank = _rank(stream, topic)
+        if rank is None:
+            continue
+        if topic.messages == 0:
+            notes.append(f"{stream.name}: topic {topic.name} is empty")
+            continue
+        channels = _present(log, stream, topic, notes)
+        if channels and _holds(log, stream, topic):
+            fitting.append((rank, topic, channels))
+    if not fitting:
+        return None
+    fitting.sort(key=lambda entry: entry[0])
+    _, topic, channels = fitting[0]
+    if len(fitting) > 1:
+        others = ", ".join(_label(t) for _, t, _ in fitting[1:])
+        notes.append(f"{stream.name}: {_label(topic)} was chosen; {others} would fit too (override with a mapping)")
+    return Feed(stream, topic, _time(log, mapping, stream, topic), channels)
+
+
+def _rank(stream: StreamMap, topic: Topic) -> tuple[int, int, int, int, str] | None:
+    """The place of a topic among those that fit; None where it does not fit."""
+    names = stream.topic or ()
+    if names and topic.name not in names:
+        return None
+    if stream.type is not None and _long(topic.type) not in map(_long, stream.type):
+        return None
+    if stream.match is not None and not re.search(stream.match, topic.name):
+        return None
+    if stream.avoid is not None and re.search(stream.avoid, topic.name):
+        return None
+    if stream.instance is not None and topic.instance != stream.instance:
+        return None
+    preference = next((k for k, p in enumerate(stream.prefer) if re.search(p, topic.name)), len(stream.prefer))
+    order = names.index(topic.name) if names else 0
+    return order, preference, topic.instance, -(topic.messages or 0), topic.name
+
+
+def _present(log: Log, stream: StreamMap, topic: Topic, notes: list[str]) -> dict[str, ChannelMap]:
+    channels = {}
+    for name, mapped in stream.channels.items():
+        there = [f for f in mapped.fields if log.has(topic, f)]
+        if len(there) == len(mapped.fields):
+            channels[name] = mapped
+        elif there:
+            missing = [f for f in mapped.fields if f not in there]
+            notes.append(f"{name} left out: {_label(topic)} has {', '.join(there)} but not {', '.join(missing)}")
+    return channels
+
+
+def _holds(log: Log, stream: StreamMap, topic: Topic) -> bool:
+    for name, wanted in stream.when.items():
+        found = log.first(topic, name) if log.has(topic, name) else None
+        if isinstance(wanted, str):
+            if not isinstance(found, str) or not re.search(wanted, found):
+                return False
+        elif found is None or found != wanted:
+            return False
+    return True
+
+
+def _time(log: Log, mapping: Mapping, stream: StreamMap, topic: Topic) -> TimeMap:
+    declared = stream.time or mapping.time or _DEFAULT_TIME.get(log.kind)
+    if declared is None:
+        raise UsageError(
+            problem(f"mapping {mapping.name} names no time", "`time: {fields: t, unit: s}`", "Add it to the mapping.")
+        )
+    fields = tuple(f for f in declared.fields if f == "record" or log.has(topic, f))
+    if not fields and log.kind == "rosbag":
+        fields = ("record",)
+    if not fields:
+        raise InputError(
+            problem(
+                f"{log.path}: {_label(topic)} has no time column",
+                f"one of {', '.join(declared.fields)}",
+                "Name it under `time` in a mapping.",
+            )
+        )
+    return TimeMap(fields=fields, unit=declared.unit)
+
+
+def _label(topic: Topic) -> str:
+    return f"{topic.name}[{topic.instance}]" if topic.instance else topic.name
+
+
+def _long(name: str) -> str:
+    parts = name.split("/")
+    return f"{parts[0]}/msg/{parts[1]}" if len(parts) == 2 else name

@@ -1,0 +1,102 @@
+"""PX4 ULog files, read through pyulog; only the named topics are kept in memory.
+
+Format: PX4 developer guide, "ULog File Format". Times are microseconds since boot.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from infotraj.errors import InputError, problem
+from infotraj.importing.log import Request, Samples, Topic, reading
+from infotraj.rotations import Array
+
+_EXPECTED = "a ULog file"
+_REMEDY = "Copy it again from the vehicle."
+
+
+class ULogFile:
+    """One ULog. `names` are the topics that may be asked for; pyulog reads a file once, from end to end."""
+
+    kind = "ulog"
+
+    def __init__(self, path: Path, names: frozenset[str], allow_damaged: bool = False) -> None:
+        self.path = path
+        self.notes: list[str] = []
+        with reading(path, _EXPECTED, _REMEDY):
+            from pyulog import ULog
+
+            with _Watched(path) as file, contextlib.redirect_stdout(io.StringIO()):
+                log = ULog(file, message_name_filter_list=sorted(names))
+            short = file.short
+        self._data = {(d.name, d.multi_id): d.data for d in log.data_list}
+        self.topics = [
+            Topic(name, name, instance, len(data["timestamp"]))
+            for (name, instance), data in sorted(self._data.items())
+            if "timestamp" in data
+        ]
+        self.formats = sorted(log.message_formats)
+        if log.file_corruption or short:
+            what = "is damaged" if log.file_corruption else f"ends inside a message (at byte {path.stat().st_size})"
+            if not allow_damaged:
+                raise InputError(
+                    problem(
+                        f"{path}: {what}",
+                        "a complete ULog file",
+                        "Copy it again, or give --allow-damaged to import what is left.",
+                    )
+                )
+            self.notes.append(f"the file {what}; what is left was imported")
+        if log.dropouts:
+            lost = sum(d.duration for d in log.dropouts) / 1000.0
+            self.notes.append(f"{len(log.dropouts)} logging dropouts, {lost:.2f} s in all")
+
+    def close(self) -> None:
+        """Nothing is open: pyulog closed the file."""
+
+    def has(self, topic: Topic, name: str) -> bool:
+        """True where the topic has the field."""
+        return name.replace("*", "0") in self._data[topic.name, topic.instance]
+
+    def first(self, topic: Topic, name: str) -> Any:
+        """The field in the topic's first message."""
+        data = self._data[topic.name, topic.instance]
+        return data[name][0].item() if name in data and len(data[name]) else None
+
+    def read(self, requests: list[Request]) -> list[Samples]:
+        """The asked fields as doubles."""
+        found = []
+        for request in requests:
+            data = self._data[request.topic.name, request.topic.instance]
+            numbers: dict[str, Array] = {}
+            for name in request.numbers:
+                numbers[name] = _starred(data, name) if "*" in name else data[name].astype(float)
+            times = {t: data[t].astype(np.int64) for t in request.times}
+            found.append(Samples(None, times, numbers))
+        return found
+
+
+def _starred(data: dict[str, Any], name: str) -> Array:
+    count = 0
+    while name.replace("*", str(count)) in data:
+        count += 1
+    return np.stack([data[name.replace("*", str(k))].astype(float) for k in range(count)], axis=-1)
+
+
+class _Watched(io.BufferedReader):
+    """A file that remembers whether a read came back short: pyulog stops there without a word."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(io.FileIO(path), buffer_size=1 << 20)
+        self.short = False
+
+    def read(self, size: int | None = -1) -> bytes:
+        data = super().read(size)
+        if (size is not None and size > 0 and 0 < len(data) < size) or (size and size > 3 and not data):
+            self.short = True
+        return data
