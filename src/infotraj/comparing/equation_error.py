@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from infotraj import rotations
 from infotraj.checking.airborne import airborne_rows
-from infotraj.comparing.floor import colour, white_noise
+from infotraj.comparing.floor import RED, colour, fast_part, white_noise
 from infotraj.comparing.window import Window
 from infotraj.effects.channels import is_derived
 from infotraj.flight import ATTITUDE, RATE, SPECIFIC_FORCE, VELOCITY, Flight
@@ -36,8 +36,9 @@ ForceFrom = Literal["auto", "accelerometer", "velocity"]
 class EquationError:
     """Measured and predicted wrench at the n rows of a flight, through one filter; NaN where a row is not scored.
 
-    t (n,) s; measured, predicted (n, 6) in `unit`; floor (6,): standard deviation that white noise of the sensors
-    leaves in measured minus predicted; red (6,): noise seen over half a window over that of neighbours, 1 if white;
+    t (n,) s; measured, predicted (n, 6) in `unit`; floor (6,): standard deviation that noise of the sensors leaves
+    in measured minus predicted (see comparing.floor); red (6,): noise seen over half a window over that of neighbours, 1
+    if white;
     scored (n, 6) bool; reasons: axis to why it cannot be answered; unit: of force and of torque; force_from: what the
     force was measured with; window (s); left_out: rows that are not scored, counted by reason.
     """
@@ -110,6 +111,12 @@ def equation_error(
         measured[:, columns], predicted[:, columns] = side.measured @ weight, side.predicted @ weight
         floor[columns] = np.sqrt(np.square(side.floor) @ np.square(weight))
         red[columns] = side.red
+    coloured = red > RED
+    if coloured.any():
+        for columns in (slice(0, 3), slice(3, 6)):
+            floor[columns] = np.where(
+                coloured[columns], fast_part(t, measured[:, columns] - predicted[:, columns], window), floor[columns]
+            )
     for k, axis in enumerate(AXES):
         if axis in reasons:
             measured[:, k], predicted[:, k], floor[k], red[k] = np.nan, np.nan, np.nan, np.nan

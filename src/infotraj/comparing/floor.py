@@ -2,8 +2,9 @@
 
 White noise on samples shows in their high differences, which a smooth motion and a smooth model error leave alone: the
 difference-based estimate of a variance (Hall, Kay, Titterington 1990, after von Neumann 1941), here with third
-differences of measured minus predicted samples. Passed through the known gain of the filter it is the floor. Noise that
-is not white (turbulence, an estimator's output) is not in it: the floor is then a lower bound, and `colour` says so.
+differences of measured minus predicted samples. Passed through the known gain of the filter it is the floor. Where the samples' noise is not white (a smoothed velocity, an estimator's output), neighbours say
+too little: `colour` shows it, and the floor is taken from the filtered residual itself, third differences one window
+apart. Everything that changes within half a second and that the model does not explain then counts as noise.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ _EVEN = 0.25  # differences are taken where the steps differ by less than this s
 # 1.4826 x the median of |x| is the standard deviation of normal x: a spike, or a jump of the motion, does not move it.
 _NORMAL = 1.4826
 _SPIKED = 1.3
+RED = 1.3  # noise seen over part of the window this many times that of neighbours is not white
 
 
 def white_noise(t: Array, x: Array, lag: int = 1) -> Array:
@@ -44,6 +46,18 @@ def white_noise(t: Array, x: Array, lag: int = 1) -> Array:
     # repeats its values has a median of 0, which says nothing.
     chosen = np.where((robust > 0.0) & (plain > _SPIKED * robust), robust, plain)
     return chosen / np.sqrt(np.sum(_BINOMIAL**2))
+
+
+def fast_part(t: Array, filtered: Array, window: float) -> Array:
+    """Standard deviation (c,) of the part of a filtered residual (n, c) that changes from one window (s) to the next.
+
+    NaN with too few rows; rows that are NaN are left out.
+    """
+    good = np.isfinite(filtered).all(axis=1)
+    if good.sum() < 2:
+        return np.full(filtered.shape[1], np.nan)
+    step = float(np.median(np.diff(t[good])))
+    return white_noise(t[good], filtered[good], max(1, round(window / step)))
 
 
 def colour(t: Array, x: Array, lag: int) -> Array:

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from infotraj.comparing.comparison import Compared, Comparison
-from infotraj.comparing.equation_error import AXES
+from infotraj.comparing.equation_error import AXES, EquationError
+from infotraj.comparing.floor import RED
 from infotraj.comparing.rollouts import MEASURES, UNITS, mean_errors
 from infotraj.comparing.statistics import Statistics
 from infotraj.rotations import Array
 
-NEARLY = 1.1  # an RMSE up to so many times the floor counts as the floor
-RED = 1.3  # noise seen over part of the window this many times that of neighbours is not white
+WORSE = -0.5  # share of the variance explained below which a prediction is worse than none
 _SURE = 1.96
 
 
@@ -73,6 +73,7 @@ def _of_model(comparison: Comparison, compared: Compared) -> dict[str, Any]:
         **_numbers(compared.overall),
         "unit": compared.errors[0].unit,
         "filter": compared.errors[0].filter,
+        "remarks": list(remarks(compared.overall, compared.errors)),
     }
     if compared.rollouts:
         result["rollouts"] = mean_errors(compared.rollouts)
@@ -167,18 +168,39 @@ def _rollouts_of(comparison: Comparison) -> str:
 
 
 def _notes(comparison: Comparison) -> Iterable[str]:
-    for path, error in zip(comparison.paths, comparison.models[0].errors, strict=True):
-        for reason in dict.fromkeys(error.reasons.values()):
-            axes = ", ".join(a for a, why in error.reasons.items() if why == reason)
-            yield f"{path}: nothing can be said about {axes}: {reason}"
-        left = {k: v for k, v in error.left_out.items() if v and k != "outside --from and --to"}
-        if left:
-            yield f"{path}: rows left out: " + ", ".join(f"{v} ({k})" for k, v in left.items())
     first = comparison.models[0]
+    why: dict[str, list[str]] = {}
+    for path, error in zip(comparison.paths, first.errors, strict=True):
+        for reason in dict.fromkeys(error.reasons.values()):
+            axes = ", ".join(a for a, said in error.reasons.items() if said == reason)
+            why.setdefault(f"nothing can be said about {axes}: {reason}", []).append(path)
     for path, rolled in zip(comparison.paths, first.rollouts, strict=False):
         if rolled.reason is not None:
-            yield f"{path}: no rollouts: {rolled.reason}"
-    red = np.nanmax([np.where(np.isfinite(e.red), e.red, 0.0) for e in first.errors], axis=0)
+            why.setdefault(f"no rollouts: {rolled.reason}", []).append(path)
+    for sentence, paths in why.items():
+        yield f"{paths[0] if len(paths) == 1 else f'{len(paths)} flights'}: {sentence}"
+    left: dict[str, int] = {}
+    for error in first.errors:
+        for reason, rows in error.left_out.items():
+            left[reason] = left.get(reason, 0) + rows
+    shown = [f"{rows} ({reason})" for reason, rows in left.items() if rows and reason != "outside --from and --to"]
+    if shown:
+        yield "rows left out: " + ", ".join(shown)
+    yield from remarks(first.overall, first.errors)
+
+
+def remarks(overall: Statistics, errors: Sequence[EquationError]) -> Iterable[str]:
+    """What a reader must know before believing the numbers: noise that is not white, predictions worse than none."""
+    red = np.nanmax([np.where(np.isfinite(e.red), e.red, 0.0) for e in errors], axis=0)
     coloured = [axis for k, axis in enumerate(AXES) if red[k] > RED]
     if coloured:
-        yield f"the noise of {', '.join(coloured)} is not white: the floor there is a lower bound"
+        yield (
+            f"the noise of {', '.join(coloured)} is not white: the floor there is all that changes within "
+            f"{3 * errors[0].window:.2g} s unexplained"
+        )
+    worse = [axis for k, axis in enumerate(AXES) if overall.rows[k] and overall.explained[k] < WORSE]
+    if worse:
+        yield (
+            f"{', '.join(worse)}: the prediction is worse than none; the recorded inputs do not explain what was "
+            "measured, and errors there say more of the log than of the model"
+        )

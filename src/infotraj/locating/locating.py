@@ -9,6 +9,7 @@ import numpy as np
 
 from infotraj.comparing.equation_error import AXES, WINDOW, EquationError, ForceFrom, equation_error
 from infotraj.comparing.statistics import Statistics, statistics
+from infotraj.comparing.summary import WORSE
 from infotraj.flight import Flight
 from infotraj.locating.lags import Lags, lags
 from infotraj.locating.places import LEAST_EXCESS, Found, Place, find_places
@@ -20,7 +21,8 @@ from infotraj.models import Model
 
 @dataclass(frozen=True)
 class Located:
-    """What was found: places worst first, pairs, windows in time, a tree an axis that has a place, lags, and the
+    """What was found: places, those that account for most of their axis first (log-likelihood gain; axes whose prediction
+    is worse than none come last), pairs, windows in time, a tree an axis that has a place, lags, and the
     statistics over all flights and flight by flight. `found` holds the searches themselves, for figures."""
 
     paths: tuple[str, ...]
@@ -70,8 +72,10 @@ def locate(
     found = tuple(
         find_places(s, rng, least_excess=least_excess) for s in samples(flights, model.vehicle, errors)
     )
-    places = sorted((p for f in found for p in f.places), key=lambda p: -p.excess)
-    pairs = sorted((p for f in found for p in f.pairs), key=lambda p: -p.excess)
+    overall = statistics(errors)
+    worse = {axis for k, axis in enumerate(AXES) if overall.explained[k] < WORSE}
+    places = sorted((p for f in found for p in f.places), key=lambda p: (p.axis in worse, -p.gain))
+    pairs = sorted((p for f in found for p in f.pairs), key=lambda p: -p.gain)
     trees = {}
     for f in found:
         for axis in dict.fromkeys(p.axis for p in f.places):
@@ -87,7 +91,7 @@ def locate(
         tuple(worst_windows(errors)),
         trees,
         tuple(lags(errors)),
-        statistics(errors),
+        overall,
         tuple(statistics([e]) for e in errors),
         found,
     )

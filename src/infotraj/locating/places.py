@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from infotraj.locating.quantities import Quantity
 from infotraj.locating.regions import Region, blocks_of, measured, region
 from infotraj.locating.samples import Samples
-from infotraj.locating.search import Ranges, cells_of, describe, describe_cells, shuffled
+from infotraj.locating.search import Draws, Ranges, cells_of, describe, describe_cells
 from infotraj.rotations import Array
 
 DRAWS = 299
@@ -88,16 +88,14 @@ def find_places(
     residual = samples.residual - samples.residual.mean(axis=0)
     memory = _memory(samples, residual, cut)
     block = _block_rows(samples, memory)
-    order = np.concatenate(
-        [np.arange(len(residual))[None], shuffled(samples.flight, block, draws, rng)]
-    )
+    drawn = Draws.of(samples.flight, block, draws, rng)
     blocks = blocks_of(samples.flight, samples.t, max(1.0, 3.0 * memory))
     places: list[Place] = []
     search = None
     left = residual.copy()
     open_axes = set(range(len(samples.axes)))
     for _ in range(ROUNDS):
-        scored = _score(samples, cut, left, order)
+        scored = _score(samples, cut, left, drawn)
         if search is None:
             search = Search(
                 samples.axes, tuple(q.name for q, _ in cut), scored.z[0], scored.threshold(alpha), scored.p,
@@ -116,8 +114,8 @@ def find_places(
             found_any = True
         if not found_any:
             break
-    places.sort(key=lambda p: -p.excess)
-    pairs = _pairs(samples, residual, order, alpha, least_excess, blocks, rng, places) if places else []
+    places.sort(key=lambda p: -p.gain)
+    pairs = _pairs(samples, residual, drawn, alpha, least_excess, blocks, rng, places) if places else []
     return Found(samples, places, search, memory, pairs)
 
 
@@ -136,8 +134,8 @@ class _Scored:
         return float(np.quantile(self.highest, 1.0 - alpha, method="higher"))
 
 
-def _score(samples: Samples, cut: list[tuple[Quantity, Ranges]], residual: Array, order: NDArray) -> _Scored:
-    described = [describe(r, residual, order) for _, r in cut]
+def _score(samples: Samples, cut: list[tuple[Quantity, Ranges]], residual: Array, drawn: Draws) -> _Scored:
+    described = [describe(r, residual, drawn) for _, r in cut]
     gain = np.stack([d.gain for d in described], axis=2)
     meant = np.array([[q.axis in (None, axis) for q, _ in cut] for axis in samples.axes])
     null = gain[1:]
@@ -178,12 +176,12 @@ def _best(
     return Place(
         samples.axes[a], samples.unit, quantity, None, float(scored.p[a, k]), float(scored.gain[a, k]),
         float(scored.explained[a, k]), float(excess), float(floor), at, (ranges.knots, scored.heights[k][a]),
-        tuple(alike), square**0.5,
+        tuple(alike[:3]), square**0.5,
     )  # fmt: skip
 
 
 def _pairs(
-    samples: Samples, residual: Array, order: NDArray, alpha: float, least_excess: float, blocks: NDArray,
+    samples: Samples, residual: Array, drawn: Draws, alpha: float, least_excess: float, blocks: NDArray,
     rng: np.random.Generator, places: list[Place],
 ) -> list[Place]:  # fmt: skip
     """Cells of two quantities that describe an axis better than either does alone, one pair an axis."""
@@ -192,7 +190,7 @@ def _pairs(
     if not both:
         return []
     cells = [cells_of(chosen[i].values, chosen[j].values) for i, j in both]
-    gain = np.stack([describe_cells(c, n, residual, order) for c, n in cells], axis=2)
+    gain = np.stack([describe_cells(c, n, residual, drawn) for c, n in cells], axis=2)
     z = (gain - gain[1:].mean(axis=0)) / np.maximum(gain[1:].std(axis=0), 1e-9)
     highest = z[1:].max(axis=(1, 2))
     p = (1.0 + (highest[:, None, None] >= z[0]).sum(axis=0)) / (len(highest) + 1.0)
@@ -228,7 +226,7 @@ def _pairs(
 def _memory(samples: Samples, residual: Array, cut: list[tuple[Quantity, Ranges]]) -> float:
     """How long (s) the residual remembers itself once every quantity's own mean is taken out: the longest axis."""
     left = residual.copy()
-    identity = np.arange(len(left))[None]
+    identity = Draws.data(samples.flight)
     for quantity, ranges in cut:
         heights = describe(ranges, left, identity).heights[0]
         for a, axis in enumerate(samples.axes):

@@ -3,7 +3,8 @@
 For each quantity the residual is described by a mean that is piecewise linear in the quantity and a spread of its own in
 each of its ranges; the gain is that description's log-likelihood over a single mean and spread. The same is done for a
 mean and spread in each cell of two quantities. The null is the whole search again on residuals whose blocks have been
-moved about inside their flight, which keeps their colour and their distribution and breaks the tie to every quantity;
+moved about inside their flight, and whose means a flight have been dealt anew among the flights, which keeps their colour
+and their distribution and breaks the tie to every quantity;
 the largest standardised gain over everything searched is compared with those of the null (Westfall and Young 1993; blocks
 of random length as in Politis and Romano 1994, for equal blocks would fall into step with a periodic flight).
 """
@@ -55,10 +56,52 @@ class Described:
     explained: Array
 
 
-def describe(ranges: Ranges, residual: Array, order: Array) -> Described:
-    """Describes residuals (n, a) in the orders (b, n) of rows: gain (b, a), heights (b, a, m + 1), explained (b, a)."""
+@dataclass(frozen=True)
+class Draws:
+    """b draws of residuals (n, a): order (b, n) of rows, and the flight (b, flights) whose mean each flight gets.
+
+    flight (n,): the flight of each row, rows of one flight together. The first draw is the data themselves.
+    """
+
+    order: Array
+    dealt: Array
+    flight: Array
+
+    @classmethod
+    def of(cls, flights: Array, block: float, count: int, rng: np.random.Generator) -> Draws:
+        """The data, then `count` draws in which blocks of about `block` rows have been moved about."""
+        n, known = len(flights), int(flights.max()) + 1
+        order = np.concatenate([np.arange(n)[None], shuffled(flights, block, count, rng)])
+        dealt = np.stack([np.arange(known), *(_dealt(flights, known, rng) for _ in range(count))])
+        return cls(order, dealt, flights.astype(np.int64))
+
+    @classmethod
+    def data(cls, flights: Array) -> Draws:
+        """The data alone."""
+        known = int(flights.max()) + 1
+        return cls(np.arange(len(flights))[None], np.arange(known)[None], flights.astype(np.int64))
+
+    def parts(self, residual: Array) -> tuple[Array, Array]:
+        """Residuals less the mean of their flight (n, a), and these means (flights, a)."""
+        known = self.dealt.shape[1]
+        count = np.maximum(np.bincount(self.flight, minlength=known), 1)[:, None]
+        means = np.stack([np.bincount(self.flight, r, minlength=known) for r in residual.T], axis=1) / count
+        return residual - means[self.flight], means
+
+
+def _dealt(flights: Array, known: int, rng: np.random.Generator) -> Array:
+    """Flights with rows, in random order; those without keep their place."""
+    there = np.unique(flights)
+    out = np.arange(known)
+    out[there] = rng.permutation(there)
+    return out
+
+
+def describe(ranges: Ranges, residual: Array, draws: Draws) -> Described:
+    """Describes residuals (n, a) in every draw: gain (b, a), heights (b, a, m + 1), explained (b, a)."""
     bins = len(ranges.knots) - 1
-    sums = _range_sums(residual, order, ranges.bin, ranges.place, bins)
+    left, means = draws.parts(residual)
+    sums = _range_sums(left, means, draws.order, draws.dealt, draws.flight, ranges.bin, ranges.place, bins)
     count = np.bincount(ranges.bin, minlength=bins).astype(float)
     u = np.bincount(ranges.bin, weights=ranges.place, minlength=bins)
     uu = np.bincount(ranges.bin, weights=ranges.place**2, minlength=bins)
@@ -72,23 +115,24 @@ def describe(ranges: Ranges, residual: Array, order: Array) -> Described:
     right[..., 1:] += weighted
     heights = right @ np.linalg.inv(gram + 1e-9 * np.trace(gram) * np.eye(bins + 1))
     low, high = heights[..., :-1], heights[..., 1:]
-    left = (
+    remaining = (
         square
         - 2.0 * (low * (total - weighted) + high * weighted)
         + low**2 * block[0, 0]
         + 2.0 * low * high * block[0, 1]
         + high**2 * block[1, 1]
     )
-    return Described(*_likelihood(total, square, left, count, heights))
+    return Described(*_likelihood(total, square, remaining, count, heights))
 
 
-def describe_cells(cell: Array, cells: int, residual: Array, order: Array) -> Array:
+def describe_cells(cell: Array, cells: int, residual: Array, draws: Draws) -> Array:
     """Gain (b, a) of a mean and a spread in each cell; `cell` (n,) numbers the cell of each row."""
-    sums = _range_sums(residual, order, cell, np.zeros(len(cell)), cells)
+    left, means = draws.parts(residual)
+    sums = _range_sums(left, means, draws.order, draws.dealt, draws.flight, cell, np.zeros(len(cell)), cells)
     count = np.bincount(cell, minlength=cells).astype(float)
     total, _, square = np.moveaxis(sums, -1, 0)
-    left = square - total**2 / np.maximum(count, 1.0)
-    return _likelihood(total, square, left, count, total)[0]
+    remaining = square - total**2 / np.maximum(count, 1.0)
+    return _likelihood(total, square, remaining, count, total)[0]
 
 
 def cells_of(first: Array, second: Array) -> tuple[Array, int]:
@@ -131,15 +175,15 @@ def _likelihood(total, square, left, count, heights):
 
 
 @njit(cache=True)
-def _range_sums(residual, order, bins, place, count):
+def _range_sums(residual, means, order, dealt, flight, bins, place, count):
     draws, n = order.shape
     axes = residual.shape[1]
     out = np.zeros((draws, axes, count, 3))
     for b in range(draws):
         for i in range(n):
-            j, u, row = bins[i], place[i], order[b, i]
+            j, u, row, mean = bins[i], place[i], order[b, i], dealt[b, flight[i]]
             for a in range(axes):
-                r = residual[row, a]
+                r = residual[row, a] + means[mean, a]
                 out[b, a, j, 0] += r
                 out[b, a, j, 1] += u * r
                 out[b, a, j, 2] += r * r

@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 
 from infotraj.comparing.equation_error import AXES
-from infotraj.comparing.summary import by_axis, number
+from infotraj.comparing.summary import by_axis, number, remarks
 from infotraj.locating import sentences
 from infotraj.locating.locating import Located
 from infotraj.locating.places import Place
 from infotraj.rotations import Array
+
+MOST = 8  # places that the text names without -v
 
 
 def as_dict(located: Located) -> dict[str, Any]:
@@ -50,6 +52,7 @@ def as_dict(located: Located) -> dict[str, Any]:
         "floor": by_axis(located.overall.floor),
         "unit": located.errors[0].unit,
         "filter": located.errors[0].filter,
+        "remarks": list(remarks(located.overall, located.errors)),
     }
 
 
@@ -58,10 +61,13 @@ def as_text(located: Located, *, verbose: bool = False) -> str:
     lines = []
     if located.places:
         lines.append("where it fails, worst first:")
-        lines += [f"  {k + 1}. {sentences.place_sentence(p)}" for k, p in enumerate(located.places)]
+        shown = located.places if verbose else located.places[:MOST]
+        lines += [f"  {k + 1}. {sentences.place_sentence(p)}" for k, p in enumerate(shown)]
+        if len(shown) < len(located.places):
+            lines.append(f"  and {len(located.places) - len(shown)} more (-v)")
     else:
         lines.append("no place: nothing in state, input or time holds more of the error than chance and the floor allow")
-    for pair in located.pairs:
+    for pair in located.pairs if verbose else located.pairs[:2]:
         lines.append(f"  together: {sentences.place_sentence(pair)}")
     if located.offsets:
         lines.append("everywhere:")
@@ -89,6 +95,7 @@ def as_text(located: Located, *, verbose: bool = False) -> str:
         rows += [(Path(p).name, s) for p, s in zip(located.paths, located.by_flight, strict=True)]
     for name, s in rows:
         lines.append(f"  {name:<38}" + "".join(f"{'-':>8}" if not np.isfinite(x) else f"{x:>8.2f}" for x in _times(s)))
+    lines += remarks(located.overall, located.errors)
     return "\n".join(lines) + "\n"
 
 
