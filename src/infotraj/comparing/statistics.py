@@ -11,11 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from infotraj.comparing.equation_error import EquationError
+from infotraj.comparing.equation_error import AXES, EquationError
 from infotraj.rotations import Array
 
 BLOCK = 2.0  # s
 FEW_BLOCKS = 20
+WORSE = 1.5
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,12 @@ class Statistics:
     floor: Array
     spread: Array
     rows: Array
+
+    @property
+    def worse_than_none(self) -> list[str]:
+        """Axes whose prediction, its bias forgiven, is further off than a constant: 1.5 times the variance and more."""
+        varies = np.square(self.rmse) - np.square(self.bias)
+        return [axis for k, axis in enumerate(AXES) if self.rows[k] and varies[k] > WORSE * self.spread[k] ** 2]
 
 
 def statistics(errors: Sequence[EquationError]) -> Statistics:

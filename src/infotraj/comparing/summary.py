@@ -16,7 +16,6 @@ from infotraj.comparing.rollouts import MEASURES, UNITS, mean_errors
 from infotraj.comparing.statistics import Statistics
 from infotraj.rotations import Array
 
-WORSE = -0.5  # share of the variance explained below which a prediction is worse than none
 _SURE = 1.96
 
 
@@ -198,9 +197,8 @@ def remarks(overall: Statistics, errors: Sequence[EquationError]) -> Iterable[st
             f"the noise of {', '.join(coloured)} is not white: the floor there is all that changes within "
             f"{3 * errors[0].window:.2g} s unexplained"
         )
-    worse = [axis for k, axis in enumerate(AXES) if overall.rows[k] and overall.explained[k] < WORSE]
-    if worse:
+    if overall.worse_than_none:
         yield (
-            f"{', '.join(worse)}: the prediction is worse than none; the recorded inputs do not explain what was "
+            f"{', '.join(overall.worse_than_none)}: the prediction is worse than none; the recorded inputs do not explain what was "
             "measured, and errors there say more of the log than of the model"
         )

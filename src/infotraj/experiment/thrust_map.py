@@ -59,9 +59,9 @@ def fit_thrust_map(
     *,
     exponents: Iterable[float] = EXPONENTS,
     time_constants: Iterable[float] = LAGS,
-    square_only: bool = False,
+    linear_only: bool = False,
 ) -> ThrustMap:
-    """The best map over the grid of lags and exponents; `exponents=[0]` leaves the voltage out, square_only c1."""
+    """The best map over the grid of lags and exponents; `exponents=[0]` leaves the voltage out, linear_only c2."""
     best: ThrustMap | None = None
     prepared = [_prepared(f) for f in flights]
     for lag in time_constants:
@@ -70,8 +70,8 @@ def fit_thrust_map(
             design, target = [], []
             for x, volts, window, keep, up in lagged:
                 factor = (volts / NOMINAL_VOLTAGE) ** exponent
-                linear = np.zeros(len(x)) if square_only else x.sum(axis=1)
-                columns = np.column_stack([linear * factor, np.square(x).sum(axis=1) * factor])
+                square = np.zeros(len(x)) if linear_only else np.square(x).sum(axis=1)
+                columns = np.column_stack([x.sum(axis=1) * factor, square * factor])
                 design.append(window.mean(columns)[keep])
                 target.append(MASS * up[keep])
             a, b = np.concatenate(design), np.concatenate(target)
@@ -108,5 +108,5 @@ if __name__ == "__main__":
     _best = fit_thrust_map(_flights)
     print(f"with voltage: {_best}")
     _alone = {"exponents": [0.0], "time_constants": [_best.time_constant]}
-    print(f"k PWM^2 alone, same lag: {fit_thrust_map(_flights, square_only=True, **_alone)}")
+    print(f"proportional to PWM, same lag: {fit_thrust_map(_flights, linear_only=True, **_alone)}")
     print(f"PWM alone, two coefficients: {fit_thrust_map(_flights, **_alone)}")

@@ -9,7 +9,6 @@ import numpy as np
 
 from infotraj.comparing.equation_error import AXES, WINDOW, EquationError, ForceFrom, equation_error
 from infotraj.comparing.statistics import Statistics, statistics
-from infotraj.comparing.summary import WORSE
 from infotraj.flight import Flight
 from infotraj.locating.lags import Lags, lags
 from infotraj.locating.places import LEAST_EXCESS, Found, Place, find_places
@@ -73,7 +72,7 @@ def locate(
         find_places(s, rng, least_excess=least_excess) for s in samples(flights, model.vehicle, errors)
     )
     overall = statistics(errors)
-    worse = {axis for k, axis in enumerate(AXES) if overall.explained[k] < WORSE}
+    worse = overall.worse_than_none
     places = sorted((p for f in found for p in f.places), key=lambda p: (p.axis in worse, -p.gain))
     pairs = sorted((p for f in found for p in f.pairs), key=lambda p: -p.gain)
     trees = {}
