@@ -176,6 +176,13 @@ def test_repeating_seeds_does_not_narrow_the_interval():
     np.testing.assert_allclose(once[["low", "high"]], five[["low", "high"]])
 
 
+def test_choosing_again_takes_the_least_cost_that_is_left():
+    table = made_up_table(0.01, np.random.default_rng(4))
+    left = pool_choice.choose_again(table, (table["candidate"] != "c0").to_numpy())
+    assert set(left.loc[left["chosen"] == 1, "candidate"]) == {"c1"}
+    assert (pool_choice.choices(left)["candidates"] == 8).all()
+
+
 def test_summary_counts_the_rank_and_refuses_other_tables(tmp_path):
     table = pd.DataFrame(
         {
@@ -202,9 +209,20 @@ def test_summary_counts_the_rank_and_refuses_other_tables(tmp_path):
         stage.summarise_pool(**where)
 
 
-def test_real_pool_has_the_prototypes_numbers_of_flights():
+def test_real_flights_are_judged_without_their_own_task(tmp_path):
     folder = location.find_dataset(nanobench.NAME)
     if folder is None:
         pytest.skip(location.how_to_get(nanobench.NAME))
-    names = list(nanobench.good_flights(folder))
-    assert len(names) - 2 == 19
+    good = nanobench.good_flights(folder)
+    assert len(good) - 2 == 19  # candidates a task and prior
+    names = ["B9_trefoil_fast_rep4", "B5_helix_slow_rep1", "B9_trefoil_fast_rep1", "B6_linear_ramp_rep2"]
+    pool = Pool({name: nanobench.read(good[name]) for name in names})
+    table = stage.judge(pool, [0], stage.Settings(restarts=0, region_points=200))
+    one = table[table["task"] == names[0]].set_index("candidate")
+    assert list(one.index) == names[2:]
+    # The same trajectory flown again teaches the task; a vertical ramp cannot, and the cost knows it beforehand.
+    assert one["chosen"].to_dict() == {names[2]: 1, names[3]: 0}
+    assert one["error"].idxmin() == names[2]
+    table.to_csv(tmp_path / "pool.csv", index=False)
+    stage.summarise_pool(table=tmp_path / "pool.csv", summary=tmp_path / "s.csv", markdown=tmp_path / "s.md")
+    assert "Without the candidates that follow" in (tmp_path / "s.md").read_text()

@@ -185,7 +185,7 @@ rule claims:
     input:
         tracking="results/tracking.csv",
         correlation="results/correlation.csv",
-        pool=["results/pool/summary.csv"] if HAS_POOL else [],
+        pool="results/pool/summary.csv" if HAS_POOL else [],
     output:
         table="results/claims.csv",
         markdown="results/claims.md",

@@ -17,13 +17,16 @@ HALF_TURN_X = np.array([0.0, 1.0, 0.0, 0.0])
 
 @dataclass(frozen=True)
 class Reading:
-    """One reading of the attitude: `true(q)` (n, 4) from the declared q; `what` finishes "the attitude ..."."""
+    """One reading of the attitude: `true(q)` (n, 4) from the declared q; `what` finishes "the attitude ...".
+
+    `half`: only one of body and world has other axes than declared."""
 
     code: str
     name: str
     what: str
     remedy: str
     true: Callable[[Array], Array]
+    half: bool = False
 
 
 def _reorder(*columns: int) -> Callable[[Array], Array]:
@@ -124,6 +127,7 @@ READINGS: tuple[Reading, ...] = (
         "is that of a front-right-down body in a world with z up",
         "declare the attitude's body frame as FRD",
         _both(_IDENTITY, HALF_TURN_X),
+        half=True,
     ),
     Reading(
         "attitude_frame",
@@ -131,6 +135,7 @@ READINGS: tuple[Reading, ...] = (
         "is that of a front-left-up body in a north-east-down world",
         "declare the attitude's world frame as NED",
         _both(NED_TO_ENU, _IDENTITY),
+        half=True,
     ),
     Reading(
         "attitude_frame",
@@ -138,5 +143,6 @@ READINGS: tuple[Reading, ...] = (
         "is that of a front-left-up body in a world with y and z pointing the other way",
         "declare the attitude's world frame as z down",
         _both(HALF_TURN_X, _IDENTITY),
+        half=True,
     ),
 )

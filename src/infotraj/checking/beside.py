@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from infotraj.checking.clocks import offset, offset_findings
+from infotraj.checking.clocks import Offset, offset, offset_findings
 from infotraj.checking.conventions import convention_findings
 from infotraj.checking.finding import Finding, Span, spans_text
 from infotraj.checking.kinematics import Channels
@@ -31,9 +31,15 @@ class Beside:
     values: Array
 
 
-def beside_findings(others: list[Beside], ch: Channels, gravity: float, step: float) -> list[Finding]:
-    """Conventions (warnings) and clocks (notes) of each stream against the table's own channels; positions apart."""
+def beside_findings(
+    others: list[Beside], ch: Channels, gravity: float, step: float
+) -> tuple[list[Finding], dict[str, Offset]]:
+    """Conventions (warnings) and clocks (notes) of each stream against the table's own channels; positions apart.
+
+    With them the lags, reported or not, by `stream.channel`.
+    """
     found: list[Finding] = []
+    lags: dict[str, Offset] = {}
     for other in others:
         stream = _stream(other)
         if stream is None:
@@ -43,8 +49,11 @@ def beside_findings(others: list[Beside], ch: Channels, gravity: float, step: fl
             continue
         pair = _pair(other.channel, stream, ch)
         if pair is not None:
-            found += [_named(other, f) for f in _judged(other.channel, pair, gravity, step)]
-    return found
+            judged, lag = _judged(other.channel, pair, gravity, step)
+            found += [_named(other, f) for f in judged]
+            if lag is not None:
+                lags[f"{other.name}.{other.channel}"] = lag
+    return found, lags
 
 
 def _stream(other: Beside) -> Stream | None:
@@ -67,11 +76,11 @@ def _pair(channel: str, stream: Stream, ch: Channels) -> Channels | None:
     return None
 
 
-def _judged(channel: str, pair: Channels, gravity: float, step: float) -> list[Finding]:
+def _judged(channel: str, pair: Channels, gravity: float, step: float) -> tuple[list[Finding], Offset | None]:
     table = readings(pair, gravity, None)
     name = "velocity" if channel == "velocity" else "rate"
     if table is None or name not in table.identities:
-        return []
+        return [], None
     verdict = convention_findings(table)
     identity = table.identities[name]
     m = identity.moments
@@ -89,7 +98,8 @@ def _judged(channel: str, pair: Channels, gravity: float, step: float) -> list[F
     }
     what, behind, code, columns = texts[channel]
     clocks = offset_findings(lag, what, behind, code, columns, step, 0.0)
-    return [replace(f, severity="warning") for f in verdict.findings] + [replace(f, severity="note") for f in clocks]
+    wrong = [replace(f, severity="warning") for f in verdict.findings]
+    return wrong + [replace(f, severity="note") for f in clocks], lag
 
 
 def _apart(other: Beside, stream: Stream, ch: Channels) -> list[Finding]:

@@ -16,7 +16,7 @@ import numpy as np
 from infotraj.checking.attitude import READINGS
 from infotraj.checking.finding import Finding
 from infotraj.checking.likelihood import AXES, sure_of_difference
-from infotraj.checking.readings import DEGREE, Joint, Pose, Table, Vector
+from infotraj.checking.readings import DEGREE, NOISE, PENALTY, Joint, Pose, Table, Vector
 from infotraj.rotations import Array
 
 HALF_AS_WELL_AGAIN = float(np.log(1.5))
@@ -24,6 +24,7 @@ SURE = 0.99
 MOST_UNEXPLAINED = 0.5
 # A quarter of g: with a larger rest the accelerometer is not understood by any reading.
 MOST_FORCE_REST = 2.5
+RIVAL = 1.2 * PENALTY
 SPOILS = "every comparison of model and measurement would be wrong"
 
 FACTORS: tuple[str, ...] = (
@@ -44,24 +45,68 @@ class Verdict:
 
 def convention_findings(table: Table) -> Verdict:
     """Judges the declared reading of a flight against all others."""
-    declared, declared_at, _ = table.best(lambda j: j == Joint(), "none")
-    declared, declared_at = Joint(), table.poses.index(Pose())
     best, best_at, _ = table.best()
+    if not _moves(table, best, best_at):
+        table = _without_units(table)
+        best, best_at, _ = table.best()
+    # a position whose acceleration is noise is no error: the declared reading may have it too
+    declared = Joint(pose=Pose(unit=NOISE)) if best.pose.unit == NOISE else Joint()
+    declared_at = table.poses.index(declared.pose)
     changed = [f for f in FACTORS if _part(best, f) != _part(declared, f)]
     if not changed or not _rejected(table, declared, declared_at, best, best_at, _tried(table)):
         return Verdict(declared, declared_at, [])
-    best, best_at = _without_unproven(table, best, best_at, changed)
+    best, best_at = _without_unproven(table, declared, best, best_at, changed)
     changed = [f for f in FACTORS if _part(best, f) != _part(declared, f)]
     if not changed or not _understood(table, best, best_at, changed):
         return Verdict(declared, declared_at, [])
     sure = _sure(table, declared, declared_at, best, best_at, _tried(table))
-    return Verdict(best, best_at, [_finding(table, best, best_at, f, sure) for f in changed])
+    findings = [_finding(table, best, best_at, f, sure) for f in changed]
+    rivals = _rivals(table, best, best_at)
+    if rivals:
+        texts = " and ".join
+        others = "; or ".join(texts(sorted({_SENTENCES[f](joint)[1] for f in _changes(joint)})) for joint in rivals[:3])
+        codes = sorted({_SENTENCES[f](joint)[0] for joint in rivals for f in _changes(joint)})
+        first = findings[0]
+        findings[0] = replace(
+            first,
+            what=f"{first.what}; these data fit as well that {others}",
+            values={**first.values, "alternatives": codes},
+        )
+    return Verdict(best, best_at, findings)
 
 
-def _without_unproven(table: Table, best: Joint, at: int, changed: list[str]) -> tuple[Joint, int]:
+def _what(joint: Joint) -> list[tuple[str, object]]:
+    return [(factor, _part(joint, factor)) for factor in _changes(joint)]
+
+
+def _changes(joint: Joint) -> list[str]:
+    plain = Joint()
+    return [f for f in FACTORS if _part(joint, f) != _part(plain, f) and _part(joint, f) != NOISE]
+
+
+def _rivals(table: Table, best: Joint, at: int) -> list[Joint]:
+    """Other explanations that fit hardly worse and take at most one change more: what this flight cannot tell apart."""
+    found = []
+    _, _, value = table.best()
+    candidates = [table.best_for(k) for k in range(len(table.poses))]
+    for name, identity in table.identities.items():
+        for k in range(1, len(AXES)):
+            other = replace(getattr(best, name), axes=k)
+            likelihood = identity.likelihood(at, other) - identity.likelihood(at, getattr(best, name))
+            total = value + likelihood - other.penalty + getattr(best, name).penalty
+            candidates.append((replace(best, **{name: other}), at, total))
+    for joint, k, total in sorted(candidates, key=lambda c: -c[2]):
+        # another explanation, not the same one with something on top
+        fresh = bool(_changes(joint)) and not any(set(_what(j)) <= set(_what(joint)) for j in (best, *found))
+        if fresh and total > value - RIVAL and _margin(table, joint, k, best, at) < HALF_AS_WELL_AGAIN:
+            found.append(joint)
+    return found
+
+
+def _without_unproven(table: Table, declared: Joint, best: Joint, at: int, changed: list[str]) -> tuple[Joint, int]:
     # a change that the data do not need (without it, all else as in `best`, the fit is hardly worse) is undone
     for factor in changed:
-        simpler = _reset(best, factor)
+        simpler = _reset(best, factor, declared)
         if simpler.pose not in table.poses:
             continue
         simpler_at = table.poses.index(simpler.pose)
@@ -122,14 +167,36 @@ def _understood(table: Table, best: Joint, at: int, changed: list[str]) -> bool:
     return True
 
 
+def _moves(table: Table, best: Joint, at: int) -> bool:
+    """False where a unit of the position only shrinks the noise of its acceleration.
+
+    Noise in a prediction favours smaller ones: at noise as large as the motion, a third of it fits better than all of
+    it. Such a reading explains at most as much of the motion as it shrinks it, so it must explain more than half.
+    """
+    if best.pose.unit in (1.0, NOISE) or "velocity" in table.identities or "force" not in table.identities:
+        return True
+    force = table.identities["force"]
+    noise = replace(best.pose, unit=NOISE)
+    if noise not in table.poses:
+        return True
+    still, _ = force.residual(table.poses.index(noise), best.force)
+    moving, _ = force.residual(at, best.force)
+    return bool(moving.sum() < MOST_UNEXPLAINED * still.sum())
+
+
+def _without_units(table: Table) -> Table:
+    allowed = np.array([p.unit in (1.0, NOISE) for p in table.poses])
+    return replace(table, prior=np.where(allowed, table.prior, -np.inf))
+
+
 def _part(joint: Joint, factor: str) -> object:
     channel, key = factor.split(".")
     return getattr(getattr(joint, channel), key)
 
 
-def _reset(joint: Joint, factor: str) -> Joint:
+def _reset(joint: Joint, factor: str, declared: Joint) -> Joint:
     channel, key = factor.split(".")
-    plain = getattr(getattr(Joint(), channel), key)
+    plain = getattr(getattr(declared, channel), key)
     return replace(joint, **{channel: replace(getattr(joint, channel), **{key: plain})})
 
 

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from infotraj import rotations
 from infotraj.checking.conventions import Verdict
 from infotraj.checking.finding import Finding, Span, spans_text
-from infotraj.checking.readings import Identity, Table
+from infotraj.checking.kinematics import Channels, acceleration_of, body_increment, velocity_of
+from infotraj.checking.readings import Table
 from infotraj.checking.streams import runs
 from infotraj.flight import POSITION, REFERENCE_POSITION, Flight
 from infotraj.rotations import Array
@@ -22,21 +24,26 @@ _PAIRS = {
 }
 
 
-def contradictions(table: Table, verdict: Verdict, start: float) -> list[Finding]:
-    """Blocks of 1 s, at least two in a row, in which an identity that holds elsewhere is broken grossly."""
+def contradictions(ch: Channels, down: bool, gravity: float) -> list[Finding]:
+    """Blocks of 1 s, at least two in a row, in which an identity that holds elsewhere is broken grossly.
+
+    `ch` holds all of the flight, with its conventions corrected; `down`: the world's z axis points down.
+    """
     found = []
-    for name, identity in table.identities.items():
-        vector = getattr(verdict.joint, name)
-        rms = _by_block(identity, verdict.pose, vector)
-        limit = max(LARGE[name] * vector.unit, TIMES_USUAL * float(np.median(rms)))
-        bad = rms > limit
-        labels = identity.moments.labels
-        spans: tuple[Span, ...] = tuple(
-            (float(start + labels[a]), float(start + labels[b - 1] + 1)) for a, b in runs(bad) if b - a >= 2
-        )
-        if not spans:
+    for name, (block, squares) in _rests(ch, down, gravity).items():
+        labels, index, count = np.unique(block, return_inverse=True, return_counts=True)
+        if len(labels) < 5:
             continue
-        share = float(bad.mean())
+        rms = np.sqrt(np.bincount(index, weights=squares) / count)
+        limit = max(LARGE[name], TIMES_USUAL * float(np.median(rms)))
+        bad = rms > limit
+        in_row = [(a, b) for a, b in runs(bad) if b - a >= 2]
+        if not in_row:
+            continue
+        spans: tuple[Span, ...] = tuple(
+            (float(ch.start + labels[a]), float(ch.start + labels[b - 1] + 1)) for a, b in in_row
+        )
+        share = sum(b - a for a, b in in_row) / len(labels)
         what, columns = _PAIRS[name]
         found.append(
             Finding(
@@ -54,6 +61,24 @@ def contradictions(table: Table, verdict: Verdict, start: float) -> list[Finding
             )
         )
     return found
+
+
+def _rests(ch: Channels, down: bool, gravity: float) -> dict[str, tuple[Array, Array]]:
+    rests: dict[str, Array] = {}
+    turned = body_increment(ch.attitude, ch.centres, ch.width) if ch.attitude is not None else None
+    if turned is not None and ch.rate is not None:
+        rests["rate"] = ch.rate.mean(ch.centres, ch.width) - turned[0]
+    if ch.velocity is not None and ch.position is not None:
+        rests["velocity"] = ch.velocity.mean(ch.centres, ch.width) - velocity_of(ch.position, ch.centres, ch.width)
+    if turned is not None and ch.force is not None and (ch.position is not None or ch.velocity is not None):
+        up = np.array([0.0, 0.0, -gravity if down else gravity])
+        world = acceleration_of(ch.position, ch.velocity, ch.centres, ch.wide) + up
+        rests["force"] = ch.force.mean(ch.centres, np.sqrt(2) * ch.wide) - rotations.to_body(turned[1], world)
+    out = {}
+    for name, rest in rests.items():
+        good = np.isfinite(rest).all(axis=1)
+        out[name] = (ch.block[good], (rest[good] ** 2).sum(axis=1))
+    return out
 
 
 def unexplained_rates(table: Table, verdict: Verdict) -> list[Finding]:
@@ -105,10 +130,3 @@ def reference_not_followed(flight: Flight, airborne: Array) -> list[Finding]:
             values={"median_error": middle, "reference_extent": extent},
         )
     ]
-
-
-def _by_block(identity: Identity, pose: int, vector: object) -> Array:
-    channel, predicted = identity.series(pose, vector)
-    m = identity.moments
-    squares = ((channel - predicted) ** 2).sum(axis=1)
-    return np.sqrt(np.bincount(m.block, weights=squares, minlength=len(m.labels)) / m.count)

@@ -48,7 +48,7 @@ class Finding:
             "sure": round(self.sure, 4),
             "effect": self.effect,
             "remedy": self.remedy,
-            "values": {key: _plain(value) for key, value in self.values.items()},
+            "values": {key: plain(value) for key, value in self.values.items()},
         }
 
 
@@ -85,18 +85,18 @@ def spans_text(spans: tuple[Span, ...], limit: int = 4) -> str:
     """`3.1..4.2 s, 5.0..5.5 s and 3 more`; empty for no span."""
     if not spans:
         return ""
-    shown = ", ".join(f"{a:.2f}..{b:.2f}" for a, b in spans[:limit])
+    shown = ", ".join(f"{a:.2f}" if b - a < 0.005 else f"{a:.2f}..{b:.2f}" for a, b in spans[:limit])
     more = f" and {len(spans) - limit} more" if len(spans) > limit else ""
     return f"{shown} s{more}"
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     if isinstance(value, dict):
-        return {str(k): _plain(v) for k, v in value.items()}
+        return {str(k): plain(v) for k, v in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_plain(v) for v in value]
+        return [plain(v) for v in value]
     if hasattr(value, "item"):
-        value = value.item() if getattr(value, "ndim", 0) == 0 else [_plain(v) for v in value.tolist()]
+        value = value.item() if getattr(value, "ndim", 0) == 0 else [plain(v) for v in value.tolist()]
     if isinstance(value, float):
         return float(f"{value:.6g}") if math.isfinite(value) else None
     return value

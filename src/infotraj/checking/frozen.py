@@ -76,10 +76,15 @@ def straight_streams(flight: Flight) -> list[Dead]:
 
 
 def still_streams(flight: Flight, airborne: Array) -> list[Dead]:
-    """Streams that stand still in flight, to the last bit, while they move in the rest of it."""
+    """Measured streams that stand still in flight, to the last bit, while they move in the rest of it.
+
+    Commands may well be held: an open-loop excitation is made of steps.
+    """
     found = []
     others = stream_groups(flight)
     for columns in others:
+        if columns[0].startswith("cmd_"):
+            continue
         x = flight.get(*columns)
         good = np.isfinite(x).all(axis=1)
         if good.sum() < 20:

@@ -21,7 +21,9 @@ from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, 
 from infotraj.rotations import Array
 
 MOST_BLOCKS = 90
+PIECES = 3
 EDGE = 0.5
+ACCELERATION_NOISE = 0.15
 
 WORLD_AXES: dict[str, Array] = {
     "": np.eye(3),
@@ -33,7 +35,8 @@ WORLD_AXES: dict[str, Array] = {
 @dataclass(frozen=True)
 class Channels:
     """The streams of one flight that kinematics ties together (None where absent or derived from each other), the
-    averaging width (s), and the sample times (n,) with their block numbers (n,)."""
+    averaging width (s) for velocities and rates, the one for accelerations, and the sample times (n,) with their block
+    numbers (n,), counted in s from `start`."""
 
     attitude: Stream | None
     position: Stream | None
@@ -41,12 +44,14 @@ class Channels:
     rate: Stream | None
     force: Stream | None
     width: float
+    wide: float
     centres: Array
     block: Array
+    start: float
 
 
-def channels(flight: Flight, airborne: Array, rate: tuple[str, ...] = RATE) -> Channels:
-    """Streams and sample times in the air. At most MOST_BLOCKS blocks of 1 s, spread evenly over the flight.
+def channels(flight: Flight, airborne: Array, most: int | None = MOST_BLOCKS) -> Channels:
+    """Streams and sample times in the air: at most `most` blocks of 1 s, in PIECES pieces spread over the flight.
 
     Columns that the metadata call `derived` are left out: they agree with their source by construction. Half a second
     beside take-off and landing is left out too: impacts say nothing about conventions.
@@ -59,23 +64,50 @@ def channels(flight: Flight, airborne: Array, rate: tuple[str, ...] = RATE) -> C
     attitude = own(ATTITUDE)
     attitude = attitude_stream(attitude) if attitude else None
     position, velocity = own(POSITION), own(VELOCITY)
-    rates, force = own(rate), own(SPECIFIC_FORCE)
+    rates, force = own(RATE), own(SPECIFIC_FORCE)
     steps = [s.step for s in (attitude, position, velocity) if s] or [s.step for s in (rates, force) if s] or [0.01]
     width = float(max(0.08, 2 * max(steps)))
+    wide = acceleration_width(position, width)
     centres = _centres(flight.t, airborne, width)
     block = np.floor(centres - flight.t[0]).astype(int)
     labels = np.unique(block)
-    if len(labels) > MOST_BLOCKS:
-        chosen = labels[np.linspace(0, len(labels) - 1, MOST_BLOCKS).round().astype(int)]
+    if most is not None and len(labels) > most:
+        starts = np.linspace(0, len(labels) - most // PIECES, PIECES).round().astype(int)
+        chosen = labels[np.unique(starts[:, None] + np.arange(most // PIECES))]
         keep = np.isin(block, chosen)
         centres, block = centres[keep], block[keep]
-    return Channels(attitude, position, velocity, rates, force, width, centres, block)
+        near = [_near(s, centres) for s in (attitude, position, velocity, rates, force)]
+        attitude, position, velocity, rates, force = near
+    return Channels(attitude, position, velocity, rates, force, width, wide, centres, block, float(flight.t[0]))
+
+
+def _near(stream: Stream | None, centres: Array) -> Stream | None:
+    # what lies far from every sample time is not looked at; the hole that it leaves is a gap
+    if stream is None:
+        return None
+    after = np.clip(np.searchsorted(centres, stream.t), 1, len(centres) - 1)
+    distance = np.minimum(np.abs(stream.t - centres[after - 1]), np.abs(stream.t - centres[after]))
+    keep = distance < 1.0
+    return Stream(stream.t[keep], stream.x[keep], stream.gap) if keep.sum() > 20 else None
 
 
 def derived_columns(flight: Flight) -> set[str]:
     """The columns that the metadata entry `derived` names (a list, or a mapping from column to source)."""
     derived = flight.meta.get("derived") or ()
     return {str(c) for c in derived}
+
+
+def acceleration_width(p: Stream | None, width: float) -> float:
+    """The width (s) at which the second difference of the position has at most ACCELERATION_NOISE of noise.
+
+    The noise of a sample is that of its third differences (robust), which motion hardly reaches: std / sqrt(20). The
+    second difference over h then has sqrt(6) sigma / h^2. Never below `width`, never above four times it.
+    """
+    if p is None or len(p.t) < 20:
+        return width
+    third = np.diff(p.x, 3, axis=0)
+    sigma = float(1.4826 * np.median(np.abs(third)) / np.sqrt(20))
+    return float(np.clip(np.sqrt(np.sqrt(6) * sigma / ACCELERATION_NOISE), width, 4 * width))
 
 
 def body_increment(q: Stream, centres: Array, width: float) -> tuple[Array, Array]:

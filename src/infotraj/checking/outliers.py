@@ -83,8 +83,10 @@ def impossible_values(flight: Flight, airborne: Array) -> list[Finding]:
     return found
 
 
-def spikes(flight: Flight, airborne: Array) -> list[Finding]:
-    """Single samples (at most two in a row) far from their neighbours on both sides, in flight; one finding a channel.
+def spikes(flight: Flight, airborne: Array) -> list[tuple[str, tuple[Span, ...], float]]:
+    """Channels with single samples (at most two in a row) far from their neighbours on both sides, in flight.
+
+    For each: the column, when, and the share of its samples.
 
     Far from the running median of five (Hampel): by 30 times the channel's robust scatter about it, by five times what
     one sample in two hundred shows (heavy tails are not spikes), and by a quarter of the channel's range. A value that
@@ -102,23 +104,34 @@ def spikes(flight: Flight, airborne: Array) -> list[Finding]:
         first = np.flatnonzero(new)
         past = np.append(first[1:], len(good))
         samples = _spikes(x[good][first]) if len(first) >= 50 else np.empty(0, dtype=int)
-        if not len(samples):
-            continue
-        spans = tuple((float(flight.t[good[first[k]]]), float(flight.t[good[past[k] - 1]])) for k in samples)
-        share = len(samples) / len(first)
-        found.append(
-            Finding(
-                "spikes",
-                "warning" if share > FEW else "note",
-                f"{column} has {len(samples)} spikes ({spans_text(spans, 2)})",
-                "single wrong samples weigh like hundreds of good ones in a squared error",
-                "leave these samples out, or use a robust fit",
-                spans=spans,
-                channels=(column,),
-                values={"count": len(samples), "share": share},
-            )
-        )
+        if column.startswith("cmd_"):
+            # a command that is held for a while was meant
+            samples = samples[past[samples] - first[samples] <= 2]
+        if len(samples):
+            when = tuple((float(flight.t[good[first[k]]]), float(flight.t[good[past[k] - 1]])) for k in samples)
+            found.append((column, when, len(samples) / len(first)))
     return found
+
+
+def spike_findings(found: list[tuple[str, tuple[Span, ...], float]]) -> list[Finding]:
+    """One finding for all channels with spikes; a warning where one of them has more than 1 %."""
+    if not found:
+        return []
+    worst = max(share for _, _, share in found)
+    counts = {column: len(when) for column, when, _ in found}
+    spans = tuple(sorted({span for _, when, _ in found for span in when}))
+    return [
+        Finding(
+            "spikes",
+            "warning" if worst > FEW else "note",
+            f"single wrong samples in {', '.join(f'{c} ({n})' for c, n in counts.items())} at {spans_text(spans, 3)}",
+            "they weigh like hundreds of good ones in a squared error",
+            "leave these samples out, or use a robust fit",
+            spans=spans,
+            channels=tuple(counts),
+            values={"counts": counts, "largest_share": worst},
+        )
+    ]
 
 
 def saturation(flight: Flight, airborne: Array) -> list[Finding]:

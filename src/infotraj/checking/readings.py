@@ -8,7 +8,6 @@ that the simplest explanation wins: one wrong attitude, not a wrong rate and a w
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -40,12 +39,14 @@ FORCE_UNITS = np.array([1.0, 9.80665, 1 / 9.80665])
 LENGTH_UNITS = np.array([1.0, 1000.0, 0.001, 100.0, 0.01, 3.6, 1 / 3.6, 3.28084, 0.3048])
 POSITION_UNITS = (1.0, 1000.0, 0.001, 100.0, 0.01, 3.28084, 0.3048)
 TURNS = (0, 1, -1)
+NOISE = float("inf")
 
 
 @dataclass(frozen=True)
 class Pose:
     """A reading of the pose: index into attitude.READINGS, world axes of the position, its unit (declared / true), and
-    whether the whole world has z down."""
+    whether the whole world has z down. Unit NOISE: the position's acceleration is noise, which it may well be where a
+    vehicle hardly moves; that is no error."""
 
     attitude: int = 0
     axes: str = ""
@@ -54,7 +55,10 @@ class Pose:
 
     @property
     def penalty(self) -> float:
-        changes = (self.attitude > 0) + 1.1 * (self.axes != "") + 1.1 * (self.unit != 1.0) + self.down
+        unit = 0.0 if self.unit == 1.0 else 0.5 if self.unit == NOISE else 1.1
+        # one half of NED/FRD without the other is rarer than any other mistake
+        half = READINGS[self.attitude].half
+        changes = (self.attitude > 0) + 0.5 * half + 1.1 * (self.axes != "") + unit + 0.9 * self.down
         return PENALTY * changes
 
 
@@ -142,38 +146,24 @@ class Table:
     prior: Array
     identities: dict[str, Identity]
 
-    def best(self, allowed: Callable[[Joint], bool] = lambda joint: True, change: str = "") -> tuple[Joint, int, float]:
-        """The joint reading of the highest posterior, its pose index and its value, among the readings `allowed`.
+    def best(self) -> tuple[Joint, int, float]:
+        """The joint reading of the highest posterior, its pose's index, and its log posterior."""
+        return max((self.best_for(k) for k in range(len(self.poses))), key=lambda found: found[2])
 
-        `change` names what `allowed` looks at, (`pose.attitude`, `rate.unit`, ...): only that part is enumerated.
-        """
-        total = self.prior.copy()
-        choice: dict[str, Array] = {}
+    def best_for(self, k: int) -> tuple[Joint, int, float]:
+        """The same among the readings with pose number k: the channels then do not depend on each other."""
+        total, parts = float(self.prior[k]), {}
         for name, identity in self.identities.items():
-            values = identity.values
-            if change.startswith(name):
-                values = np.where(_mask(identity, name, allowed)[None], values, -np.inf)
-            flat = values.reshape(len(self.poses), -1)
-            choice[name] = np.argmax(flat, axis=1)
-            total += flat[np.arange(len(flat)), choice[name]]
-        if change.startswith("pose"):
-            total = np.where([allowed(Joint(pose=p)) for p in self.poses], total, -np.inf)
-        k = int(np.argmax(total))
-        parts = {name: _vector(i, int(choice[name][k])) for name, i in self.identities.items() if name != "thrust"}
-        return Joint(pose=self.poses[k], **parts), k, float(total[k])
+            flat = int(np.argmax(identity.values[k]))
+            parts[name] = _vector(identity, flat)
+            total += float(identity.values[k].flat[flat])
+        return Joint(pose=self.poses[k], **parts), k, total
 
 
 def _vector(identity: Identity, flat: int) -> Vector:
     v, g, u = np.unravel_index(flat, identity.values.shape[1:])
     turn, removed = identity.variants[v]
     return Vector(turn, int(g), float(identity.units[u]), removed)
-
-
-def _mask(identity: Identity, name: str, allowed: Callable[[Joint], bool]) -> Array:
-    out = np.empty(identity.values.shape[1:], dtype=bool)
-    for flat in range(out.size):
-        out[np.unravel_index(flat, out.shape)] = allowed(replace(Joint(), **{name: _vector(identity, flat)}))
-    return out
 
 
 def readings(ch: Channels, gravity: float, rise: float | None) -> Table | None:
@@ -204,6 +194,7 @@ def _poses(ch: Channels) -> tuple[Pose, ...]:
             if a or u != 1.0
         ]
         found += [Pose(attitude=k, axes=a) for k in frames for a in WORLD_AXES if a]
+        found += [Pose(attitude=k, unit=NOISE, down=d) for k in attitudes for d in (False, True)]
     return tuple(found)
 
 
@@ -249,7 +240,7 @@ def _force(
 ) -> Identity | None:
     if ch.force is None or not attitudes:
         return None
-    kinematic = acceleration_of(ch.position, ch.velocity, ch.centres, ch.width)
+    kinematic = acceleration_of(ch.position, ch.velocity, ch.centres, ch.wide)
     up = np.array([0.0, 0.0, gravity])
     variants = tuple((turn, removed) for removed in (False, True) for turn in TURNS)
     keys = sorted({(p, v) for p in poses for v in variants}, key=lambda key: (poses.index(key[0]), key[1]))
@@ -261,7 +252,7 @@ def _force(
         rows.append(_turned(attitudes[p.attitude][1], world, turn - 1))
     place = {key: k for k, key in enumerate(keys)}
     index = np.array([[place[p, v] for v in variants] for p in poses])
-    data = shifted(ch.force, ch.centres, np.sqrt(2) * ch.width, FEW_SHIFTS)
+    data = shifted(ch.force, ch.centres, np.sqrt(2) * ch.wide, FEW_SHIFTS)
     m = moments(data, np.stack(rows), ch.centres, ch.block, FORCE_BIAS)
     return _identity("force", m, FEW_SHIFTS, FORCE_UNITS, variants, index)
 

@@ -10,34 +10,32 @@ import pandas as pd
 
 from infotraj import rotations
 from infotraj.checking import outliers, timing
-from infotraj.checking.airborne import Airborne, airborne_rows, no_flight
-from infotraj.checking.beside import Beside, beside_findings
-from infotraj.checking.clocks import Offset, offset, offset_findings
-from infotraj.checking.conventions import Verdict, convention_findings
+from infotraj.checking.actuation import carrying_findings
+from infotraj.checking.airborne import airborne_rows, no_flight
+from infotraj.checking.beside import Beside
 from infotraj.checking.coverage import coverage, excitation_findings
-from infotraj.checking.divergence import contradictions, reference_not_followed, unexplained_rates
+from infotraj.checking.divergence import reference_not_followed
 from infotraj.checking.finding import Finding, Outcome, Span, ordered, outcome, usable_spans
 from infotraj.checking.frozen import dead_findings, still_streams, straight_streams
-from infotraj.checking.inertial import force_unit_findings
-from infotraj.checking.kinematics import Channels, channels
 from infotraj.checking.load import Loaded
+from infotraj.checking.motion import judge_motion
 from infotraj.checking.questions import question_findings, unanswerable
-from infotraj.checking.readings import Table, readings
-from infotraj.checking.response import collective, response_findings, response_lag
 from infotraj.errors import InputError, problem
-from infotraj.flight import ATTITUDE, RATE, SPECIFIC_FORCE, VELOCITY, Flight
+from infotraj.flight import ATTITUDE, Flight
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
 GRAVITY = 9.81
-# An IMU whose accelerometer alone lags the pose by less is noted: forces can be derived from the pose as well.
-FORCE_LAG_TOLERATED = 0.1
 
 
 @dataclass(frozen=True)
 class Check:
-    """What came out for one log: findings (worst first), what becomes of it, the spans (s) that can be used, the time
-    in the air and how it was judged, the coverage of states and inputs, and the questions that it cannot answer."""
+    """What came out for one log.
+
+    Findings (worst first) and what becomes of it, the spans (s) that can be used, the time in the air and how it was
+    judged, the coverage of states and inputs, the questions that it cannot answer, and the lags between its streams
+    with their standard errors (s), reported or not.
+    """
 
     source: str
     rows: int
@@ -50,6 +48,7 @@ class Check:
     usable: list[Span]
     coverage: dict[str, dict[str, Any]] = field(default_factory=dict)
     unanswerable: dict[str, list[str]] = field(default_factory=dict)
+    lags: dict[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def outcome(self) -> Outcome:
@@ -91,13 +90,20 @@ def examine(
     findings += timing.gaps(flight, air.rows) + timing.jitter(flight)
     commands = outliers.impossible_commands(flight, air.rows, vehicle)
     single = outliers.spikes(flight, air.rows)
-    findings += commands + single + outliers.saturation(flight, air.rows) + outliers.pose_jumps(flight, air.rows)
-    for finding in single:
-        at = np.any([(flight.t >= a) & (flight.t <= b) for a, b in finding.spans], axis=0)
-        flight = _voided(flight, at, finding.channels)
+    findings += (
+        commands
+        + outliers.spike_findings(single)
+        + outliers.saturation(flight, air.rows)
+        + outliers.pose_jumps(flight, air.rows)
+    )
+    for column, when, _ in single:
+        at = np.any([(flight.t >= a) & (flight.t <= b) for a, b in when], axis=0)
+        flight = _voided(flight, at, (column,))
     findings += outliers.impossible_values(flight, air.rows)
+    findings += carrying_findings(flight, air.rows, vehicle)
     gravity = vehicle.gravity if vehicle else GRAVITY
-    findings += _kinematics(flight, air, gravity, others)
+    moved = judge_motion(flight, air, gravity, others)
+    findings += moved.findings
     findings += reference_not_followed(flight, air.rows) + question_findings(flight)
     covered = coverage(flight, air.rows)
     findings += excitation_findings(covered)
@@ -115,6 +121,7 @@ def examine(
         usable_spans(start, stop, findings),
         covered,
         unanswerable(flight),
+        {name: (lag.lag, lag.error) for name, lag in moved.lags.items()},
     )
 
 
@@ -125,65 +132,6 @@ def _in_order(log: Flight | pd.DataFrame) -> tuple[Flight, list[Finding]]:
         raise InputError(problem("a table without a column t", "a flight table", "Import the log first."))
     table, findings = timing.order(log)
     return Flight(table, dict(log.attrs)), findings
-
-
-def _kinematics(flight: Flight, air: Airborne, gravity: float, others: list[Beside]) -> list[Finding]:
-    ch = channels(flight, air.rows)
-    if len(ch.centres) == 0:
-        return force_unit_findings(flight, air.rows)
-    table = readings(ch, gravity, _rise(flight, air))
-    if table is None:
-        return force_unit_findings(flight, air.rows) + _response(flight, ch, None)
-    verdict = convention_findings(table)
-    findings = list(verdict.findings)
-    if "force" not in table.identities:
-        findings += force_unit_findings(flight, air.rows)
-    findings += contradictions(table, verdict, float(flight.t[0])) + unexplained_rates(table, verdict)
-    findings += _clocks(flight, ch, table, verdict)
-    if not verdict.findings:
-        findings += _response(flight, ch, table)
-        findings += beside_findings(others, ch, gravity, float(np.median(np.diff(flight.t))))
-    return findings
-
-
-def _clocks(flight: Flight, ch: Channels, table: Table, verdict: Verdict) -> list[Finding]:
-    step = float(np.median(np.diff(flight.t)))
-    found = []
-    rate = _lag(table, verdict, "rate", ch)
-    found += offset_findings(rate, "the angular velocity", "the attitude", "imu_clock", RATE, step, 0.0)
-    velocity = _lag(table, verdict, "velocity", ch)
-    found += offset_findings(velocity, "the velocity", "the position", "velocity_clock", VELOCITY, step, 0.0)
-    force = _lag(table, verdict, "force", ch)
-    found += offset_findings(
-        force, "the specific force", "the pose", "accelerometer_clock", SPECIFIC_FORCE, step, FORCE_LAG_TOLERATED
-    )
-    return found
-
-
-def _lag(table: Table, verdict: Verdict, name: str, ch: Channels) -> Offset | None:
-    identity = table.identities.get(name)
-    stream = {"rate": ch.rate, "velocity": ch.velocity, "force": ch.force}[name]
-    if identity is None or stream is None:
-        return None
-    m = identity.moments
-    vector = getattr(verdict.joint, name)
-    _, predicted = identity.series(verdict.pose, vector)
-    width = ch.width * (np.sqrt(2) if name == "force" else 1.0)
-    return offset(stream, predicted, m.centres, m.labels[m.block], width)
-
-
-def _response(flight: Flight, ch: Channels, table: Table | None) -> list[Finding]:
-    command = collective(flight)
-    if command is None or ch.force is None:
-        return []
-    lag = response_lag(command, ch.force, ch.centres, ch.block, ch.width)
-    return response_findings(lag, float(np.median(np.diff(flight.t))))
-
-
-def _rise(flight: Flight, air: Airborne) -> float | None:
-    if air.ground is None or not flight.has("pz"):
-        return None
-    return float(np.nanmedian(flight.get("pz")[air.rows, 0]) - air.ground)
 
 
 def _voided(flight: Flight, rows: Array, columns: tuple[str, ...]) -> Flight:

@@ -69,6 +69,11 @@ def speed(name: str) -> str:
     return next((word for word in ("slow", "medium", "fast") if f"_{word}_" in name), "")
 
 
+def shape(name: str) -> str:
+    """The trajectory that the flight's name gives, 'B9' for B9_trefoil_fast_rep4."""
+    return name.split("_", 1)[0]
+
+
 def read(path: str | Path) -> Flight:
     """One NanoBench file as a flight table. InputError where it is not one.
 

@@ -47,6 +47,13 @@ def choices(table: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
+def choose_again(table: pd.DataFrame, keep: np.ndarray) -> pd.DataFrame:
+    """The table with the rows `keep` (n,) alone, and the candidate of least cost among them chosen."""
+    table = table[keep].reset_index(drop=True)
+    least = table.groupby(["task", "prior", "seed"])["cost"].idxmin()
+    return table.assign(chosen=table.index.isin(least).astype(int))
+
+
 def by_task(chosen: pd.DataFrame) -> pd.DataFrame:
     """Means over priors and seeds of the rows of `choices`, one row a task."""
     numbers = ["chosen", "median", "random", "best", "rank", "candidates", "correlation"]

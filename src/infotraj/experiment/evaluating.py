@@ -9,27 +9,13 @@ import pandas as pd
 from infotraj.evaluation.angular_acceleration import AxisErrors, prediction_error, tracking_error
 from infotraj.experiment import flying
 from infotraj.experiment.config import ExperimentConfig
-from infotraj.experiment.learning import data_of, learn
+from infotraj.experiment.learning import data_of
 from infotraj.experiment.randomness import generator
+from infotraj.experiment.tables import write_table
 from infotraj.flight import read_flight
 from infotraj.residual.gaussian_process import GaussianProcess
 from infotraj.trajectories.reference import read_reference
 from infotraj.vehicle import load_vehicle
-
-SOURCES = ("task", "informative")
-
-
-def learn_models(
-    config: ExperimentConfig, plant: str, seed: int, *, prior: Path, flights: dict[str, Path], folder: Path
-):
-    """Writes FOLDER/SOURCE_POINTS.npz: the prior's points and `added_points` of the source's flight."""
-    vehicle = load_vehicle(config.vehicle)
-    start = GaussianProcess.load(prior)
-    for source, path in flights.items():
-        data = data_of(read_flight(path), vehicle, config.learning)
-        for points in config.added_points:
-            rng = generator(config.base_seed, plant, seed, f"learn {source}", points)
-            learn(data, points, config.learning, rng, start).save(folder / f"{source}_{start.n + points}.npz")
 
 
 def fly_with_models(
@@ -100,10 +86,3 @@ def prediction_table(
             )
         )
     write_table(pd.DataFrame(rows), table)
-
-
-def write_table(table: pd.DataFrame, path: Path) -> None:
-    """Writes a table of results as CSV."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    table.to_csv(path, index=False, float_format="%.9g")

@@ -22,7 +22,8 @@ def figure_2(*, table: Path, pdf: Path, png: Path) -> None:
 
 def figure_3(*, reference: Path, informative: Path, task: Path, pdf: Path, png: Path) -> None:
     """The body vector of the task, flown with the largest model of each source."""
-    attitudes = [read_flight(path).get(*ATTITUDE) for path in (informative, task)]
+    # motion capture is slower than the table's rows, so some hold no pose
+    attitudes = [read_flight(path).table[list(ATTITUDE)].dropna().to_numpy() for path in (informative, task)]
     sphere.figure_3(read_reference(reference).attitude, *attitudes, pdf, png)
 
 

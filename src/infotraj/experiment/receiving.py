@@ -7,17 +7,12 @@ from pathlib import Path
 import numpy as np
 
 from infotraj.errors import InputError, problem
+from infotraj.experiment.delivery import delivered
 from infotraj.flight import COMMANDED_WRENCH, POSITION, RATE, Flight, read_flight
 from infotraj.trajectories.reference import Reference, read_reference
 
-SUFFIXES = (".parquet", ".csv")
 _COVERED = 0.95  # share of the reference's duration that a flight must hold, so that an aborted one is not learned
 _APART = 1.0  # m, mean distance to the reference beyond which it must have been another flight
-
-
-def delivered(folder: str | Path, name: str) -> list[str]:
-    """The files in which the flight `name` may lie in `folder`, those that exist: none or one or more."""
-    return [str(path) for path in (Path(folder) / f"{name}{suffix}" for suffix in SUFFIXES) if path.is_file()]
 
 
 def receive(*, folder: str | Path, name: str, reference: str | Path, flight: str | Path) -> None:

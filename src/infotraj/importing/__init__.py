@@ -1,7 +1,8 @@
 """From any log to a flight table: `import_log`, `read_streams` (before the common clock), `recognise`."""
 
-from infotraj.importing.importer import Stream, Streams, import_log, read_streams, to_flight
+from infotraj.importing.importer import import_log, to_flight
 from infotraj.importing.mapping import Mapping, load_mapping, parse_mapping, shipped
+from infotraj.importing.reading import Stream, Streams, read_streams
 from infotraj.importing.recognise import recognise
 
 __all__ = [

@@ -25,6 +25,8 @@ _EPOCH_S = 1e8
 _LONGEST_STEP_S = 3600.0
 # Transports deliver out of order by milliseconds; a clock that was set back jumps further.
 _REORDER_S = 0.05
+# More repeated stamps than this are no repeated messages but a clock that was set back, or one of too few digits.
+_REPEATED_SHARE = 0.2
 
 
 @dataclass
@@ -50,7 +52,7 @@ def ticks(samples: Samples, declared: TimeMap) -> Ticks:
         if raw.size and not (raw == 0).all():
             if np.issubdtype(raw.dtype, np.integer):
                 whole = {"s": 1_000_000_000, "ms": 1_000_000, "us": 1_000, "ns": 1}[declared.unit]
-                return Ticks(raw * (1 if name.endswith("stamp") else whole), name, samples.record)
+                return Ticks(raw * (1 if name.endswith(".stamp") else whole), name, samples.record)
             return Ticks(raw * UNITS["time"][declared.unit][0], name, samples.record)
     if samples.record is not None:
         return Ticks(samples.record, "record", samples.record)
@@ -157,6 +159,14 @@ def tidy(t: Array, label: str, path: Path, may_reorder: bool, notes: list[str]) 
     ordered = t[order]
     new = np.ones(t.size, dtype=bool)
     new[1:] = np.diff(ordered) > 0
+    if (~new).sum() > _REPEATED_SHARE * t.size:
+        raise InputError(
+            problem(
+                f"{path}: {label}: {int((~new).sum())} of {t.size} samples repeat the time of the one before",
+                "time that advances",
+                "The clock was set back or is too coarse: name another time field in a mapping.",
+            )
+        )
     if not new.all():
         notes.append(f"{label}: {int((~new).sum())} samples repeat the time of the one before and are left out")
         order = order[new]

@@ -74,6 +74,7 @@ class CrazyflieLog:
             return None
         return self._column(event, name, np.array(event.offsets[:1]))[0].item()
 
+    @np.errstate(invalid="ignore")  # damaged bytes may spell a signalling NaN
     def read(self, requests: list[Request]) -> list[Samples]:
         """The asked variables as doubles; the record's own stamp is the field `timestamp`, in ns."""
         found = []

@@ -1,10 +1,7 @@
-"""From a log to a flight table: read what a mapping names, put it on one clock, derive what follows, say how."""
+"""From a log to a flight table: its streams on one clock, what follows from them derived, and how it was done said."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -13,52 +10,13 @@ import pandas as pd
 
 from infotraj.errors import InputError, problem
 from infotraj.flight import Flight
-from infotraj.importing import clock, convert, derive, resample
+from infotraj.importing import clock, derive, resample
 from infotraj.importing.channels import CHANNELS, Resample
-from infotraj.importing.log import Log, Request
-from infotraj.importing.mapping import Mapping, load_mapping, shipped
+from infotraj.importing.mapping import Mapping
 from infotraj.importing.metadata import channel_origin, table_metadata
-from infotraj.importing.opening import kind_of, open_log
 from infotraj.importing.plausible import require_plausible
-from infotraj.importing.recognise import choose
-from infotraj.importing.streams import Feed, Plan, plan, require_channels
+from infotraj.importing.reading import Stream, Streams, leading_feed, read_streams
 from infotraj.rotations import Array
-
-
-@dataclass
-class Stream:
-    """One stream as read: `t` (n,) s on the log's common clock, channels (n, k) in SI and in the table's axes.
-
-    Not yet tidied: time may repeat, go back or have gaps, exactly as logged. `resolved` is False where a vector is
-    still in its logged axes because the log has no attitude to turn it with.
-    """
-
-    name: str
-    topic: str
-    t: Array
-    channels: dict[str, Array]
-    time_source: str
-    delay: float | None
-    feed: Feed
-    resolved: dict[str, bool] = field(default_factory=dict)
-
-    @property
-    def limit(self) -> float:
-        """Longest step (s) that is no gap."""
-        return self.feed.stream.max_gap or resample.gap_limit(np.unique(self.t[np.isfinite(self.t)]))
-
-
-@dataclass
-class Streams:
-    """Everything that a mapping finds in a log, before it is put on one clock."""
-
-    path: Path
-    kind: str
-    mapping: Mapping
-    plan: Plan
-    streams: dict[str, Stream]
-    zero: float
-    notes: list[str]
 
 
 def import_log(
@@ -81,115 +39,6 @@ def import_log(
     path = Path(path)
     read = read_streams(path, mapping, definitions=definitions, allow_damaged=allow_damaged)
     return to_flight(read, start=start, stop=stop, rows=rows)
-
-
-def read_streams(
-    path: str | Path,
-    mapping: Mapping | str | Path | None = None,
-    *,
-    definitions: tuple[Path, ...] = (),
-    allow_damaged: bool = False,
-    every: bool = False,
-) -> Streams:
-    """The streams of a log in SI and table axes, timed as logged. `every`: also channels that the table leaves out."""
-    path = Path(path)
-    with opened(path, mapping, definitions, allow_damaged) as (log, chosen):
-        require_channels(chosen, log)
-        return _read(log, chosen, every)
-
-
-@contextmanager
-def opened(
-    path: Path, mapping: Mapping | str | Path | None, definitions: tuple[Path, ...] = (), allow_damaged: bool = False
-) -> Iterator[tuple[Log, Plan]]:
-    """The open log with the plan of the given mapping, or of the shipped one that fits best."""
-    given = mapping if isinstance(mapping, Mapping) or mapping is None else load_mapping(mapping)
-    kind = kind_of(path)
-    candidates = [given] if given is not None else [m for m in shipped().values() if kind in m.reads and m.automatic]
-    names = frozenset(topic for m in candidates for s in m.streams for topic in (s.topic or ()))
-    folders = (*definitions, *(Path(d) for d in given.definitions)) if given is not None else definitions
-    log = open_log(path, kind, names, folders, allow_damaged)
-    try:
-        yield log, (plan(log, given) if given is not None else choose(log, candidates))
-    finally:
-        log.close()
-
-
-def _read(log: Log, chosen: Plan, every: bool) -> Streams:
-    notes = [*log.notes, *chosen.notes]
-    feeds = [f for f in chosen.feeds if every or f.used]
-    wanted = {f.stream.name: _wanted(f, every) for f in feeds}
-    requests = []
-    for feed in feeds:
-        mapped = [feed.channels[c] for c in wanted[feed.stream.name]]
-        numbers = dict.fromkeys(n for m in mapped for n in (*m.fields, *((m.count,) if m.count else ())))
-        times = tuple(t for t in feed.time.fields if t != "record")
-        requests.append(Request(feed.topic, tuple(numbers), times))
-    samples = log.read(requests)
-    all_ticks = {f.stream.name: clock.ticks(s, f.time) for f, s in zip(feeds, samples, strict=True)}
-    leader = _leading(chosen)
-    delays = {
-        name: float(np.median((tick.record - tick.values).astype(float))) / 1e9
-        if tick.record is not None and tick.values.size
-        else None
-        for name, tick in all_ticks.items()
-    }
-    clock.align(all_ticks[leader.stream.name], all_ticks, notes)
-    zero = clock.origin(all_ticks[leader.stream.name])
-    streams = {}
-    for feed, sample in zip(feeds, samples, strict=True):
-        name = feed.stream.name
-        channels = {
-            c: convert.channel_values(c, feed.channels[c], feed.stream, chosen.mapping, sample) for c in wanted[name]
-        }
-        tick = all_ticks[name]
-        streams[name] = Stream(
-            name, feed.topic.name, clock.seconds(tick, zero), channels, tick.source, delays[name], feed
-        )
-    _turn_vectors(chosen, streams, notes)
-    ticks = all_ticks[leader.stream.name]
-    start = float(zero) / 1e9 if ticks.nanoseconds else float(zero)
-    return Streams(log.path, log.kind, chosen.mapping, chosen, streams, start, notes)
-
-
-def _wanted(feed: Feed, every: bool) -> list[str]:
-    names = list(feed.channels) if every else list(feed.used)
-    turned = any(convert.needs_attitude(c, feed.channels[c]) for c in names)
-    # A body velocity is turned by the attitude of its own message, whoever gives the table's attitude.
-    return [*names, "attitude"] if turned and "attitude" in feed.channels and "attitude" not in names else names
-
-
-def _leading(chosen: Plan) -> Feed:
-    for channel in (*chosen.mapping.clock.channel, *CHANNELS):
-        feed = chosen.feed_of(channel)
-        if feed is not None:
-            return feed
-    raise AssertionError("a plan without channels was let through")
-
-
-def _turn_vectors(chosen: Plan, streams: dict[str, Stream], notes: list[str]) -> None:
-    source = chosen.feed_of("attitude")
-    for stream in streams.values():
-        for name in stream.channels:
-            mapped = stream.feed.channels[name]
-            if not convert.needs_attitude(name, mapped):
-                continue
-            q = stream.channels.get("attitude")
-            if q is None and source is not None:
-                q = _attitude_at(streams[source.stream.name], stream.t)
-            stream.resolved[name] = q is not None
-            if q is None:
-                notes.append(
-                    f"{name} left out: it is in {convert.expressed_in(name, mapped)} axes, and the log has no attitude"
-                )
-            else:
-                stream.channels[name] = convert.turn(name, mapped, stream.channels[name], q)
-
-
-def _attitude_at(stream: Stream, t: Array) -> Array:
-    good = np.isfinite(stream.t) & np.isfinite(stream.channels["attitude"]).all(axis=1)
-    known, first = np.unique(stream.t[good], return_index=True)
-    return resample.put(t, known, stream.channels["attitude"][good][first], "slerp", resample.gap_limit(known))
 
 
 def to_flight(
@@ -242,10 +91,12 @@ def to_flight(
 def _tidied(read: Streams, stream: Stream, start: float | None, stop: float | None, notes: list[str]) -> Stream:
     t = stream.t
     keep = np.arange(t.size)
-    if stop is not None and (t > stop + 1.0).any():
-        keep = keep[: int(np.argmax(t > stop + 1.0))]
-    if start is not None:
-        keep = keep[~(t[keep] < start - 1.0)]
+    # What lies beyond the first sample past --to, or before the last one short of --from, is not looked at: the clock
+    # may break there. One sample more on each side is kept to interpolate from.
+    if stop is not None and (t >= stop).any():
+        keep = keep[: int(np.argmax(t >= stop)) + 1]
+    if start is not None and (t[keep] < start).any():
+        keep = keep[int(np.flatnonzero(t[keep] < start)[-1]) :]
     order = keep[clock.tidy(t[keep], stream.topic, read.path, read.kind in ("rosbag", "ulog"), notes)]
     channels = {name: data[order] for name, data in stream.channels.items()}
     return Stream(
@@ -255,7 +106,7 @@ def _tidied(read: Streams, stream: Stream, start: float | None, stop: float | No
 
 def _rows(read: Streams, tidied: dict[str, Stream], asked: str | None) -> tuple[Array, str, str]:
     rate = read.mapping.clock.rate_hz
-    leader = tidied[_leading(read.plan).stream.name]
+    leader = tidied[leading_feed(read.plan).stream.name]
     if asked is not None:
         if asked in CHANNELS:
             feed = read.plan.feed_of(asked)

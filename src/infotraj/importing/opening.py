@@ -14,6 +14,12 @@ from infotraj.importing.ulog import ULogFile
 _KINDS = "a bag (.bag, .mcap, .db3 or a bag's folder), a ULog (.ulg), a Crazyflie micro-SD log, CSV or Parquet"
 _TEXT_SUFFIXES = {".csv", ".tsv", ".txt", ".dat", ".log", ""}
 _BINARY_SUFFIXES = {".bag": "rosbag", ".mcap": "rosbag", ".db3": "rosbag", ".ulg": "ulog", ".parquet": "table"}
+_SAID = {
+    "rosbag": "a ROS bag (ROS 1, MCAP or sqlite, as the name says)",
+    "ulog": "a ULog",
+    "crazyflie": "a Crazyflie micro-SD log",
+    "table": "a table (CSV or Parquet, as the name says)",
+}
 
 
 def kind_of(path: Path) -> str:
@@ -33,9 +39,9 @@ def kind_of(path: Path) -> str:
     found = _by_content(head, path)
     named = _BINARY_SUFFIXES.get(path.suffix.lower())
     if found is None or (named is not None and found != named):
-        what = "text" if _is_text(head) else "not of a known format"
-        remedy = "Rename it by what it holds." if found else "Check how it was made."
-        raise InputError(problem(f"{path}: {found or what}", named or _KINDS, remedy))
+        what = _SAID.get(found or "", "text" if _is_text(head) else "bytes of no known format")
+        remedy = "Rename it by what it holds." if found else "Check how it was made, and copied."
+        raise InputError(problem(f"{path}: holds {what}", _SAID[named] if named else _KINDS, remedy))
     return found
 
 

@@ -52,7 +52,7 @@ def choose(log: Log, candidates: list[Mapping]) -> Plan:
 
 def recognise(path: str | Path, definitions: tuple[Path, ...] = (), allow_damaged: bool = False) -> Plan:
     """The shipped mapping that fits the log at `path`, with the topics that feed each channel."""
-    from infotraj.importing.importer import opened
+    from infotraj.importing.reading import opened
 
     with opened(Path(path), None, definitions, allow_damaged) as (_, chosen):
         return chosen

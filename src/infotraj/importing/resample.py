@@ -35,7 +35,7 @@ def gaps(t: Array, limit: float) -> list[tuple[float, float]]:
 def put(rows: Array, t: Array, values: Array, rule: Resample, limit: float) -> Array:
     """Samples `values` (n, k) at `t` (n,) as (rows, k); NaN where no sample reaches the row.
 
-    `limit` (s) is the longest step that is bridged, and how long a held value lasts.
+    `limit` (s) is the longest step that is bridged.
     """
     if t.size == 0:
         return np.full((rows.size, values.shape[1]), np.nan)
@@ -70,9 +70,18 @@ def _between(rows: Array, t: Array, values: Array, limit: float, slerp: bool) ->
 def _hold(rows: Array, t: Array, values: Array, limit: float) -> Array:
     out = np.full((rows.size, values.shape[1]), np.nan)
     left = np.searchsorted(t, rows + _SAME_S, side="right") - 1
-    good = (left >= 0) & (rows - t[np.maximum(left, 0)] <= limit)
+    good = (left >= 0) & (rows < _until(t, limit)[np.maximum(left, 0)] - _SAME_S)
     out[good] = values[left[good]]
     return out
+
+
+def _until(t: Array, limit: float) -> Array:
+    """When each held value ends: at the next sample; before a gap, and at the end, after one median period."""
+    if not np.isfinite(limit):
+        return np.append(t[1:], np.inf)
+    period = float(np.median(np.diff(t))) if t.size > 1 else limit
+    step = np.append(np.diff(t), np.inf)
+    return np.where(step <= limit, t + step, t + period)
 
 
 def _sample(rows: Array, t: Array, values: Array) -> Array:
@@ -93,8 +102,7 @@ def _mean(rows: Array, t: Array, values: Array, limit: float) -> Array:
     ends = np.where(ends - rows > row_limit, rows + period, ends)
     first = np.searchsorted(t, rows + _SAME_S, side="right") - 1
     last = np.searchsorted(t, ends - _SAME_S, side="left") - 1
-    until = np.append(t[1:], np.inf)
-    until = np.minimum(np.minimum(until, t + limit), np.maximum(ends[-1], t))
+    until = np.minimum(_until(t, limit), np.maximum(ends[-1], t))
     out = np.empty((rows.size, values.shape[1]))
     for column in range(values.shape[1]):
         out[:, column] = _held_mean(rows, ends, t, until, values[:, column])

@@ -35,7 +35,11 @@ class RosBag:
 
             self._ros = 1 if path.suffix == ".bag" else 2
             self._reader: Any = Reader1(path) if self._ros == 1 else Reader2(path)
-            self._reader.open()
+            try:
+                self._reader.open()
+            except KeyError as error:
+                # What the reader raises, bare, for schemas other than ROS 2's.
+                raise ValueError(f"schema encoding {error} is not ROS 2's") from error
             try:
                 self._definitions = Definitions(definitions, self._ros)
                 self._connections: dict[str, list[Any]] = {}
@@ -49,6 +53,7 @@ class RosBag:
                 self._reader.close()
                 raise
         self._stores: dict[str, Any] = {}
+        self._decoders: dict[str, Callable[[bytes, str], Any]] = {}
 
     def close(self) -> None:
         """Closes the bag."""
@@ -76,7 +81,7 @@ class RosBag:
 
     def read(self, requests: list[Request]) -> list[Samples]:
         """One pass over the bag's chunks that hold the asked topics."""
-        columns = [_Columns(request) for request in requests]
+        columns = [_Columns(request, self._is_stamp(request)) for request in requests]
         by_topic: dict[str, list[_Columns]] = {}
         for request, column in zip(requests, columns, strict=True):
             by_topic.setdefault(request.topic.name, []).append(column)
@@ -87,9 +92,29 @@ class RosBag:
                     message = self._decode(raw, connection.msgtype)
                     for column in by_topic[connection.topic]:
                         column.add(record, message)
-        return [column.samples(self.path) for column in columns]
+        return [column.samples() for column in columns]
+
+    def _is_stamp(self, request: Request) -> list[bool]:
+        """For every time field, whether it is a ROS time (seconds and nanoseconds) and no plain number."""
+        store = self._store(request.topic.type)
+        return [store is not None and _resolves(store, request.topic.type, f"{t}.sec") for t in request.times]
 
     def _decode(self, raw: bytes, name: str) -> Any:
+        decode = self._decoders.get(name) or self._decoder(name)
+        try:
+            return decode(raw, name)
+        # Bytes that do not fit the definition fail in generated code, with any kind of error.
+        except Exception as error:
+            text = " ".join(str(error).split())[:120]
+            raise InputError(
+                problem(
+                    f"{self.path}: a message does not fit the definition of {name} ({text})",
+                    "the definition that the message was recorded with",
+                    "Give it with --definitions, or copy the bag again.",
+                )
+            ) from error
+
+    def _decoder(self, name: str) -> Callable[[bytes, str], Any]:
         store = self._store(name)
         if store is None:
             raise InputError(
@@ -99,7 +124,8 @@ class RosBag:
                     "Give the folder that holds its package/msg.",
                 )
             )
-        return store.deserialize_ros1(raw, name) if self._ros == 1 else store.deserialize_cdr(raw, name)
+        self._decoders[name] = store.deserialize_ros1 if self._ros == 1 else store.deserialize_cdr
+        return self._decoders[name]
 
     def _store(self, name: str) -> Any:
         if name not in self._stores:
@@ -116,31 +142,35 @@ def _length(value: Any) -> int:
 
 
 class _Columns:
-    """Collects a request's numbers as flat arrays of doubles."""
+    """Collects a request's numbers as flat arrays of doubles.
 
-    def __init__(self, request: Request) -> None:
+    This runs once a message and decides how fast a bag is read: one attrgetter, which runs in C, takes all plain
+    fields and the stamps' two parts (both exact as doubles).
+    """
+
+    def __init__(self, request: Request, stamps: list[bool]) -> None:
         self._request = request
         self._plain = [n for n in request.numbers if "*" not in n]
         self._stars = [n for n in request.numbers if "*" in n]
-        self._get = _getter(self._plain)
-        self._star_parts = [_parts(n) for n in self._stars]
-        self._times = [_time_getter(t) for t in request.times]
+        self._stamps = [t for t, is_stamp in zip(request.times, stamps, strict=True) if is_stamp]
+        self._counters = [t for t, is_stamp in zip(request.times, stamps, strict=True) if not is_stamp]
+        self._flat_names = [*self._plain, *(f"{t}.{part}" for t in self._stamps for part in ("sec", "nanosec"))]
+        self._get = _getter(self._flat_names)
         self._record = array("q")
         self._flat = array("d")
-        self._star_flat = [array("d") for _ in self._stars]
-        self._star_count = [array("q") for _ in self._stars]
-        self._time_values = [array("q") for _ in request.times]
+        self._arrays = [(_array_getter(n), array("d"), array("q")) for n in self._stars]
+        self._counts = [(attrgetter(t), array("q")) for t in self._counters]
 
     def add(self, record: int, message: Any) -> None:
         try:
             self._flat.extend(self._get(message))
-            for flat, count, parts in zip(self._star_flat, self._star_count, self._star_parts, strict=True):
-                values = _walk(parts, message)
+            for get, flat, count in self._arrays:
+                values = get(message)
                 flat.extend(values)
                 count.append(len(values))
-            for column, get in zip(self._time_values, self._times, strict=True):
+            for get, column in self._counts:
                 column.append(get(message))
-        except (TypeError, ValueError, IndexError, AttributeError) as error:
+        except (TypeError, ValueError, IndexError, AttributeError, OverflowError) as error:
             raise InputError(
                 problem(
                     f"topic {self._request.topic.name}, message {len(self._record)}: {error}",
@@ -150,18 +180,21 @@ class _Columns:
             ) from error
         self._record.append(record)
 
-    def samples(self, path: Path) -> Samples:
-        record = np.frombuffer(self._record, dtype=np.int64) if self._record else np.zeros(0, dtype=np.int64)
-        n = len(record)
-        flat = (np.frombuffer(self._flat) if self._flat else np.zeros(0)).reshape(n, len(self._plain))
+    def samples(self) -> Samples:
+        record = _as_array(self._record, np.int64)
+        flat = _as_array(self._flat, float).reshape(len(record), len(self._flat_names))
         numbers: dict[str, Array] = {name: flat[:, k] for k, name in enumerate(self._plain)}
-        for name, values, count in zip(self._stars, self._star_flat, self._star_count, strict=True):
-            numbers[name] = _ragged(np.array(values), np.array(count, dtype=np.int64))
-        times = {
-            name: np.frombuffer(values, dtype=np.int64) if values else np.zeros(0, dtype=np.int64)
-            for name, values in zip(self._request.times, self._time_values, strict=True)
-        }
+        for name, (_, values, count) in zip(self._stars, self._arrays, strict=True):
+            numbers[name] = _ragged(_as_array(values, float), _as_array(count, np.int64))
+        times = {t: _as_array(values, np.int64) for t, (_, values) in zip(self._counters, self._counts, strict=True)}
+        for k, name in enumerate(self._stamps):
+            parts = flat[:, len(self._plain) + 2 * k :][:, :2].astype(np.int64)
+            times[name] = parts[:, 0] * 1_000_000_000 + parts[:, 1]
         return Samples(record, times, numbers)
+
+
+def _as_array(values: Any, kind: Any) -> Any:
+    return np.frombuffer(values, dtype=kind) if len(values) else np.zeros(0, dtype=kind)
 
 
 def _ragged(values: Array, count: Any) -> Array:
@@ -200,7 +233,7 @@ def _walk(parts: list[tuple[str, int | str | None]], value: Any) -> Any:
 
 
 def _getter(names: list[str]) -> Callable[[Any], Any]:
-    """One call that gives all plain fields; attrgetter runs in C, which decides how fast a bag is read."""
+    """One call that gives all the named fields."""
     if not names:
         return lambda message: ()
     if any("[" in name for name in names):
@@ -212,14 +245,11 @@ def _getter(names: list[str]) -> Callable[[Any], Any]:
     return attrgetter(*names)
 
 
-def _time_getter(name: str) -> Callable[[Any], int]:
-    get = attrgetter(name)
-
-    def value(message: Any) -> int:
-        found = get(message)
-        return int(found) if not hasattr(found, "nanosec") else found.sec * 1_000_000_000 + found.nanosec
-
-    return value
+def _array_getter(name: str) -> Callable[[Any], Any]:
+    if name.endswith("[*]") and "[" not in name[:-3]:
+        return attrgetter(name[:-3])
+    parts = _parts(name)
+    return lambda message: _walk(parts, message)
 
 
 def _resolves(store: Any, type_name: str, name: str) -> bool:

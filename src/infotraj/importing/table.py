@@ -37,13 +37,16 @@ class TableFile:
                 file.close()
             else:
                 self._delimiter, self.columns = _header(path)
-                self._cut = _last_row_is_cut(path, self._delimiter, len(self.columns))
-                if self._cut and not allow_damaged:
+                self._per_row = _row_delimiters(path, self._delimiter, len(self.columns))
+                uneven = _uneven_row(path, self._delimiter, self._per_row)
+                self._cut = uneven is not None and uneven[2]
+                if uneven is not None and not (allow_damaged and self._cut):
+                    remedy = "give --allow-damaged to leave that row out" if self._cut else "correct the row"
                     raise InputError(
                         problem(
-                            f"{path}: the last row has fewer than {len(self.columns)} fields",
-                            "a complete table",
-                            "It may be truncated: copy it again, or give --allow-damaged to leave that row out.",
+                            f"{path}: {'the last row' if self._cut else f'row {uneven[0]}'} has {uneven[1]} fields",
+                            f"{self._per_row + 1}",
+                            f"It may be truncated: copy it again, or {remedy}.",
                         )
                     )
                 if self._cut:
@@ -130,7 +133,7 @@ class TableFile:
             self.path,
             sep=self._delimiter,
             header=0,
-            names=list(self.columns),
+            names=[*self.columns, *([""] if self._per_row == len(self.columns) else [])],
             usecols=names,
             chunksize=_CHUNK,
             encoding="utf-8-sig",
@@ -169,11 +172,46 @@ def _header(path: Path) -> tuple[str, tuple[str, ...]]:
     return delimiter, tuple(n.strip().removeprefix("#").strip() for n in names)
 
 
-def _last_row_is_cut(path: Path, delimiter: str, columns: int) -> bool:
-    size = path.stat().st_size
+def _uneven_row(path: Path, delimiter: str, expected: int) -> tuple[int, int, bool] | None:
+    """(row, fields, is last) of the first row that has not `expected` delimiters; None where all have.
+
+    Counted in bytes, block by block: the parser itself takes a row of any length when only some columns are asked.
+    A file with quotes, whose cells may hold delimiters, is left to the parser.
+    """
+    mark, row, carried, length = ord(delimiter), -1, 0, 0
     with open(path, "rb") as file:
-        file.seek(max(0, size - (1 << 16)))
-        tail = file.read()
-    lines = tail.rstrip(b"\r\n").split(b"\n")
-    is_header = len(lines) == 1 and size <= 1 << 16
-    return not is_header and lines[-1].count(delimiter.encode()) < columns - 1
+        while block := file.read(1 << 22):
+            if b'"' in block:
+                return None
+            data = np.frombuffer(block, dtype=np.uint8)
+            marks = np.flatnonzero((data == mark) | (data == 10))
+            line_ends = np.flatnonzero(data[marks] == 10)
+            ends = marks[line_ends]
+            counts = np.diff(line_ends, prepend=-1) - 1
+            lengths = np.diff(ends, prepend=-1) - 1
+            if ends.size:
+                counts[0] += carried
+                lengths[0] += length
+                # A lone carriage return is an empty line too.
+                wrong = np.flatnonzero((counts != expected) & (lengths > 1))
+                wrong = wrong[wrong + row + 1 > 0]  # the header may lack the delimiter that ends every row
+                if wrong.size:
+                    k = int(wrong[0])
+                    is_last = k == ends.size - 1 and ends[-1] == data.size - 1 and not file.peek(1)
+                    return row + 1 + k, int(counts[k]) + 1, is_last
+                row += ends.size
+                carried, length = int(marks.size - 1 - line_ends[-1]), int(data.size - 1 - ends[-1])
+            else:
+                carried, length = carried + int(marks.size), length + data.size
+    if length > 0 and carried != expected and row >= 0:
+        return row + 1, carried + 1, True
+    return None
+
+
+def _row_delimiters(path: Path, delimiter: str, columns: int) -> int:
+    """How many delimiters a row has: one less than columns, or as many where every row ends with one."""
+    with open(path, encoding="utf-8-sig", newline="") as file:
+        file.readline(1 << 20)
+        first = file.readline(1 << 20).rstrip("\r\n")
+    ends_with_one = first.count(delimiter) == columns and first.endswith(delimiter)
+    return columns if ends_with_one else columns - 1

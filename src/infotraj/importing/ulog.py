@@ -68,6 +68,7 @@ class ULogFile:
         data = self._data[topic.name, topic.instance]
         return data[name][0].item() if name in data and len(data[name]) else None
 
+    @np.errstate(invalid="ignore")  # damaged bytes may spell a signalling NaN
     def read(self, requests: list[Request]) -> list[Samples]:
         """The asked fields as doubles."""
         found = []

@@ -1,0 +1,87 @@
+"""`infotraj check`: does this log mean what it says?"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from pathlib import Path
+
+import click
+
+from infotraj.errors import InfotrajError, InputError, UsageError, problem
+
+
+@click.command("check")
+@click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG|FLIGHT...")
+@click.option("--vehicle", type=click.Path(path_type=Path), help="Vehicle file (YAML): gravity, limits of the rotors.")
+@click.option("--mapping", help="A shipped mapping's name or a mapping file; default: chosen by looking at the log.")
+@click.option("--json", "json_file", type=click.Path(path_type=Path), help="The whole report, for programs.")
+@click.option("--from", "start", type=float, help="First t to check, s.")
+@click.option("--to", "stop", type=float, help="Where to stop, s.")
+@click.option("--skip-rejected", is_flag=True, help="Exit status 0 although logs are rejected, where one is left.")
+@click.option("-q", "--quiet", is_flag=True, help="Only outcomes, rejections, cuts and warnings.")
+@click.option("-v", "--verbose", is_flag=True, help="Effect and remedy of the notes too.")
+def check_command(
+    logs: tuple[Path, ...],
+    vehicle: Path | None,
+    mapping: str | None,
+    json_file: Path | None,
+    start: float | None,
+    stop: float | None,
+    skip_rejected: bool,
+    quiet: bool,
+    verbose: bool,
+) -> None:
+    """Say of each log whether it means what it says: units, frames, clocks, gaps, dead streams, coverage.
+
+    Exit status 3 where a log is rejected; all rejected ones are named.
+    """
+    if start is not None and stop is not None and stop <= start:
+        raise UsageError(problem(f"--to {stop:g} is not after --from {start:g}", "--from below --to", "Swap them."))
+    from infotraj.checking.logs import check_logs
+    from infotraj.checking.report import across_text, as_json, as_text
+    from infotraj.vehicle import load_vehicle
+
+    believed = load_vehicle(vehicle) if vehicle is not None else None
+    checks = []
+    for check in check_logs(logs, mapping, believed, start, stop):
+        checks.append(check)
+        click.echo(as_text(check, notes=not quiet, details=verbose))
+    together = across_text(checks)
+    if together:
+        click.echo(together)
+    if json_file is not None:
+        _write(json_file, json.dumps(as_json(checks), indent=1, allow_nan=False))
+    rejected = [c.source for c in checks if c.outcome == "rejected"]
+    kept = [c.source for c in checks if c.outcome != "rejected"]
+    if rejected:
+        click.echo(f"rejected: {' '.join(rejected)}", err=True)
+    if not quiet:
+        click.echo(_next(kept, mapping), err=True)
+    if rejected and not (skip_rejected and kept):
+        sys.exit(InputError.exit_status)
+
+
+def _next(kept: list[str], mapping: str | None) -> str:
+    if not kept:
+        return "next: infotraj import --explain LOG, to see what was taken for what"
+    flights = [k for k in kept if k.endswith((".parquet", ".csv")) and mapping is None]
+    shown = " ".join(kept[:3]) + (" ..." if len(kept) > 3 else "")
+    if len(flights) == len(kept):
+        return f"next: infotraj compare MODEL {shown}"
+    return f"next: infotraj import {shown}" + (f" --mapping {mapping}" if mapping else "") + " -o flights/"
+
+
+def _write(path: Path, text: str) -> None:
+    part = path.with_name(f".{path.name}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part.write_text(text + "\n")
+        os.replace(part, path)
+    except OSError as error:
+        raise InfotrajError(
+            problem(f"{path}: {error.strerror}", "a place that can be written", "Choose another --json.")
+        ) from error
+    finally:
+        part.unlink(missing_ok=True)

@@ -1,0 +1,65 @@
+"""Many logs in one go: each checked by itself, and copies among them found."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from infotraj.checking.finding import Finding
+from infotraj.checking.identical import content_hash, copy_finding
+from infotraj.checking.load import load
+from infotraj.checking.whole import Check, examine
+from infotraj.errors import InputError
+from infotraj.flight import sha256
+from infotraj.importing import Mapping, load_mapping
+from infotraj.vehicle import Vehicle
+
+
+def check_logs(
+    paths: Sequence[str | Path],
+    mapping: Mapping | str | Path | None = None,
+    vehicle: Vehicle | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+) -> Iterator[Check]:
+    """The checks of logs or flight tables, in order.
+
+    A log that cannot be read is rejected with the reason. A copy of an earlier log is rejected too: the same bytes
+    without a second look, the same numbers in another format after it.
+    """
+    chosen = load_mapping(mapping) if isinstance(mapping, (str, Path)) else mapping
+    bytes_seen: dict[str, str] = {}
+    numbers_seen: dict[str, str] = {}
+    for path in map(Path, paths):
+        digest = sha256(path) if path.is_file() else str(path.resolve())
+        if digest in bytes_seen:
+            yield _refused(path, copy_finding(bytes_seen[digest], same_bytes=True))
+            continue
+        bytes_seen[digest] = str(path)
+        try:
+            loaded = load(path, chosen, start, stop)
+        except InputError as error:
+            yield _refused(path, _unreadable(error))
+            continue
+        check = replace(examine(loaded, vehicle), source=str(path))
+        numbers = content_hash(loaded.flight)
+        if numbers in numbers_seen:
+            again = copy_finding(numbers_seen[numbers], same_bytes=False)
+            check = replace(check, findings=[again, *check.findings], usable=[])
+        numbers_seen.setdefault(numbers, str(path))
+        yield check
+
+
+def _refused(path: Path, finding: Finding) -> Check:
+    return Check(str(path), 0, 0.0, 0.0, 0.0, 0.0, "not looked at", [finding], [])
+
+
+def _unreadable(error: InputError) -> Finding:
+    return Finding(
+        "unreadable",
+        "reject",
+        " ".join(str(error).split()),
+        "nothing can be said about it",
+        "see `infotraj import --explain`",
+    )

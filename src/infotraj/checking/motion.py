@@ -1,0 +1,88 @@
+"""What a rigid body's motion says about a log: conventions first, then clocks and contradictions under them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from infotraj.checking.airborne import Airborne
+from infotraj.checking.beside import Beside, beside_findings
+from infotraj.checking.clocks import Offset, offset, offset_findings
+from infotraj.checking.conventions import Verdict, convention_findings
+from infotraj.checking.correction import corrected
+from infotraj.checking.divergence import contradictions, unexplained_rates
+from infotraj.checking.finding import Finding
+from infotraj.checking.inertial import force_unit_findings
+from infotraj.checking.kinematics import Channels, channels
+from infotraj.checking.readings import Table, readings
+from infotraj.checking.response import collective, response_findings, response_lag
+from infotraj.flight import RATE, SPECIFIC_FORCE, VELOCITY, Flight
+
+# An accelerometer that alone lags the pose by less is noted: forces can be derived from the pose as well, and an IMU
+# away from the origin looks alike.
+FORCE_LAG_TOLERATED = 0.1
+_CLOCKS = {
+    "rate": ("the angular velocity", "the attitude", "imu_clock", RATE, 0.0),
+    "velocity": ("the velocity", "the position", "velocity_clock", VELOCITY, 0.0),
+    "force": ("the specific force", "the pose", "accelerometer_clock", SPECIFIC_FORCE, FORCE_LAG_TOLERATED),
+}
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Findings about units, frames, clocks and contradictions, and every lag that could be estimated, by name."""
+
+    findings: list[Finding]
+    lags: dict[str, Offset]
+
+
+def judge_motion(flight: Flight, air: Airborne, gravity: float, others: list[Beside]) -> Motion:
+    """What the motion of a rigid body says about a flight's channels and about the streams beside them."""
+    ch = channels(flight, air.rows)
+    if len(ch.centres) == 0:
+        return Motion(force_unit_findings(flight, air.rows), {})
+    table = readings(ch, gravity, _rise(flight, air))
+    if table is None:
+        return Motion(force_unit_findings(flight, air.rows) + _response(flight, ch), {})
+    verdict = convention_findings(table)
+    findings = list(verdict.findings)
+    if "force" not in table.identities:
+        findings += force_unit_findings(flight, air.rows)
+    every = corrected(channels(flight, air.rows, most=None), verdict.joint)
+    findings += contradictions(every, verdict.joint.pose.down, gravity) + unexplained_rates(table, verdict)
+    step = float(np.median(np.diff(flight.t)))
+    lags = {name: lag for name in ("rate", "velocity", "force") if (lag := _lag(table, verdict, name, ch)) is not None}
+    for name, lag in lags.items():
+        what, behind, code, columns, tolerated = _CLOCKS[name]
+        findings += offset_findings(lag, what, behind, code, columns, step, tolerated)
+    if not verdict.findings:
+        findings += _response(flight, ch)
+    more, known = beside_findings(others, corrected(ch, verdict.joint), gravity, step)
+    return Motion(findings + more, {**lags, **known})
+
+
+def _lag(table: Table, verdict: Verdict, name: str, ch: Channels) -> Offset | None:
+    identity = table.identities.get(name)
+    stream = {"rate": ch.rate, "velocity": ch.velocity, "force": ch.force}[name]
+    if identity is None or stream is None:
+        return None
+    m = identity.moments
+    vector = getattr(verdict.joint, name)
+    _, predicted = identity.series(verdict.pose, vector)
+    width = np.sqrt(2) * ch.wide if name == "force" else ch.width
+    return offset(stream, predicted, m.centres, m.labels[m.block], width)
+
+
+def _response(flight: Flight, ch: Channels) -> list[Finding]:
+    command = collective(flight)
+    if command is None or ch.force is None:
+        return []
+    lag = response_lag(command, ch.force, ch.centres, ch.block, ch.width)
+    return response_findings(lag, float(np.median(np.diff(flight.t))))
+
+
+def _rise(flight: Flight, air: Airborne) -> float | None:
+    if air.ground is None or not flight.has("pz"):
+        return None
+    return float(np.nanmedian(flight.get("pz")[air.rows, 0]) - air.ground)

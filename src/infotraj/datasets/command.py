@@ -1,0 +1,48 @@
+"""`infotraj data`: public data sets, listed and fetched."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from infotraj.datasets.fetch import DATA_SETS, default_root, entries, fetch, present
+
+
+@click.group("data")
+def data_command() -> None:
+    """Public data sets (never part of the project)."""
+
+
+@data_command.command("list")
+@click.option("--dir", "root", type=click.Path(path_type=Path), help="Folder of the data sets; default: INFOTRAJ_DATA.")
+@click.option("--json", "json_file", type=click.Path(path_type=Path), help="The same, for programs.")
+def list_command(root: Path | None, json_file: Path | None) -> None:
+    """What can be fetched, and what is here."""
+    root = root or default_root()
+    rows = []
+    for data_set in DATA_SETS.values():
+        wanted = entries(data_set.name)
+        here = [e.flight for e in wanted if present(e, root / data_set.name) is not None]
+        rows.append({"name": data_set.name, "files": len(wanted), "here": len(here), "folder": str(root)})
+        click.echo(f"{data_set.name}: {data_set.what}")
+        click.echo(f"  {len(here)} of {len(wanted)} files in {root / data_set.name}; licence {data_set.licence}")
+        click.echo(f"  source: github.com/{data_set.repository} at {data_set.commit[:12]}")
+    if json_file is not None:
+        json_file.write_text(json.dumps({"data_sets": rows}, indent=2) + "\n")
+
+
+@data_command.command("get")
+@click.argument("names", nargs=-1, required=True, metavar="NAME...")
+@click.option("--dir", "root", type=click.Path(path_type=Path), help="Folder of the data sets; default: INFOTRAJ_DATA.")
+@click.option("-q", "--quiet", is_flag=True, help="No messages.")
+def get_command(names: tuple[str, ...], root: Path | None, quiet: bool) -> None:
+    """Fetch data sets into FOLDER/NAME; files that are there and right are kept."""
+    for name in names:
+        entries(name)  # an unknown name is an error before anything is fetched
+    for name in names:
+        folder, fetched = fetch(name, root or default_root())
+        if not quiet:
+            click.echo(f"{folder}: {fetched} fetched, {len(entries(name)) - fetched} were there", err=True)
+            click.echo(f"next: infotraj check {folder}/*", err=True)

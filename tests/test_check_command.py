@@ -1,0 +1,114 @@
+"""`infotraj check` at the command line: outcomes, exit status, JSON, copies, raw logs."""
+
+import json
+
+import pytest
+from check_flights import SPOILED, simulated
+from click.testing import CliRunner
+
+from infotraj.checking.command import check_command
+from infotraj.datasets.location import find_dataset
+
+FLIGHT = simulated(8, duration=12.0)
+NANOBENCH, CRAZYFLIE = find_dataset("nanobench"), find_dataset("arpl_crazyflie")
+with_nanobench = pytest.mark.skipif(NANOBENCH is None, reason="INFOTRAJ_DATA names no folder with nanobench")
+
+
+def run(*arguments):
+    result = CliRunner().invoke(check_command, [str(a) for a in arguments])
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return result
+
+
+def test_a_good_and_a_bad_flight(tmp_path):
+    FLIGHT.write(tmp_path / "good.parquet")
+    SPOILED["rates in deg/s"][0](FLIGHT).write(tmp_path / "bad.csv")
+    result = run(tmp_path / "good.parquet", tmp_path / "bad.csv", "--json", tmp_path / "r.json")
+    assert result.exit_code == 3
+    assert "good.parquet: passed" in result.stdout
+    assert "rate_unit" in result.stdout
+    assert f"rejected: {tmp_path / 'bad.csv'}" in result.stderr
+    assert "next: infotraj compare MODEL" in result.stderr
+    report = json.loads((tmp_path / "r.json").read_text())
+    assert report["rejected"] == [str(tmp_path / "bad.csv")]
+    good, bad = report["logs"]
+    assert (good["outcome"], bad["outcome"]) == ("passed", "rejected")
+    assert bad["usable"] == []
+    assert set(bad["findings"][0]) == {
+        "code", "severity", "what", "drops_rows", "where", "channels", "sure", "effect", "remedy", "values",
+    }  # fmt: skip
+    assert report["coverage"]["wx"]["rms"] == pytest.approx(good["coverage"]["wx"]["rms"])
+    assert run(tmp_path / "good.parquet", tmp_path / "bad.csv", "--skip-rejected", "-q").exit_code == 0
+    assert not list(tmp_path.glob(".*.part"))
+
+
+def test_copies_in_bytes_and_in_numbers(tmp_path):
+    FLIGHT.write(tmp_path / "a.parquet")
+    FLIGHT.write(tmp_path / "b.csv")
+    (tmp_path / "c.parquet").write_bytes((tmp_path / "a.parquet").read_bytes())
+    result = run(tmp_path / "a.parquet", tmp_path / "b.csv", tmp_path / "c.parquet")
+    assert result.exit_code == 3
+    assert f"holds the same numbers as {tmp_path / 'a.parquet'}" in result.stdout
+    assert f"byte-identical to {tmp_path / 'a.parquet'}" in result.stdout
+
+
+def test_a_csv_whose_time_runs_back_is_reported_not_refused(tmp_path):
+    table = FLIGHT.table.copy()
+    table.loc[800:, "t"] -= 4.0
+    table.to_csv(tmp_path / "back.csv", index=False)
+    result = run(tmp_path / "back.csv")
+    assert result.exit_code == 3
+    assert "time_backwards" in result.stdout
+
+
+@pytest.mark.parametrize("content", ["", "hello\n", "t,px\n1,2\n", "t,px\n0,0\n1,x\n"])
+def test_what_is_no_log_is_rejected_in_one_line(tmp_path, content):
+    (tmp_path / "x.csv").write_text(content)
+    result = run(tmp_path / "x.csv", "-q")
+    assert result.exit_code == 3
+    assert "unreadable" in result.stdout
+    assert "Traceback" not in result.output
+
+
+def test_from_and_to(tmp_path):
+    FLIGHT.write(tmp_path / "a.parquet")
+    run(tmp_path / "a.parquet", "--from", "5", "--to", "11", "--json", tmp_path / "r.json")
+    log = json.loads((tmp_path / "r.json").read_text())["logs"][0]
+    assert 5 <= log["start"] < 5.1
+    assert 10.9 < log["stop"] < 11
+
+
+@with_nanobench
+@pytest.mark.parametrize(
+    ("name", "outcome", "reason"),
+    [
+        ("B2_circle_fast_rep1", "passed", None),
+        ("B2_circle_medium_rep1", "passed", None),
+        ("B6_linear_ramp_rep2", "passed", None),
+        ("B6_linear_ramp_rep1", "passed with a warning", "low_flight"),
+        ("B7_oval_slow_rep1", "rejected", "no_flight"),
+        ("B2_circle_medium_rep3", "cut", "31.28"),
+        ("B9_trefoil_fast_rep5", "cut", "19.20"),
+    ],
+)
+def test_nanobench_files_come_out_for_their_reasons(name, outcome, reason):
+    result = run(NANOBENCH / f"{name}.parquet", "-q")
+    assert f"{name}.parquet: {outcome} (" in result.stdout
+    assert reason is None or reason in result.stdout
+    assert result.exit_code == (3 if outcome == "rejected" else 0)
+
+
+@with_nanobench
+def test_what_nanobenchs_readme_gets_wrong_is_found():
+    result = run(NANOBENCH / "B9_trefoil_fast_rep4.parquet", "--mapping", "nanobench_readme")
+    assert result.exit_code == 3
+    assert "rate_frame" in result.stdout
+    assert "stream vicon_angles (not in the table): the attitude comes from angles in radians" in result.stdout
+    assert "imu_clock_varies: stream onboard" in result.stdout
+
+
+@pytest.mark.skipif(CRAZYFLIE is None, reason="INFOTRAJ_DATA names no folder with arpl_crazyflie")
+def test_a_crazyflie_log_without_pose_says_what_it_cannot_answer():
+    result = run(CRAZYFLIE / "log16")
+    assert result.exit_code == 0
+    assert "cannot answer: rollouts" in result.stdout
