@@ -46,7 +46,10 @@ class Deviations(_Strict):
     max_acceleration: Positive = Field(5.0, description="greatest amplitude of a term, rad/s^2")
     min_frequency: Positive = Field(0.1, description="Hz")
     max_frequency: Positive = Field(2.0, description="Hz, the paper's bound")
-    max_angle_deg: Positive = Field(30.0, description="greatest deviation an axis, deg")
+    max_angle_deg: Positive = Field(25.0, description="greatest deviation an axis, deg")
+    max_jerk: Positive = Field(
+        8.0, description="greatest rate of the deviation's angular acceleration an axis, rad/s^3 (inf: no limit)"
+    )
     terms: Count = Field(2, description="P of eq. 17")
 
 
@@ -64,7 +67,7 @@ class Learning(_Strict):
         description="spread that the prior expects of the inputs, m/s^2 and rad/s^2 (half the weight; what attitude "
         "control asks for); null: the spread of the data, which misjudges an input that the flight hardly moved",
     )
-    restarts: Annotated[int, Field(ge=0)] = Field(2, description="further starts of the hyperparameter search")
+    restarts: Annotated[int, Field(ge=0)] = Field(1, description="further starts of the hyperparameter search")
 
 
 class Selection(_Strict):

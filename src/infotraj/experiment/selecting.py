@@ -61,6 +61,7 @@ def sample_candidates(
         settings.max_frequency,
         np.radians(settings.max_angle_deg),
         settings.terms,
+        settings.max_jerk,
     )
     allocation = Allocation(vehicle)
     return [deviate(task, within_limits(task, space.sample(rng), allocation)) for _ in range(count)]
