@@ -10,6 +10,7 @@ include: "workflow/rules/learning.smk"
 include: "workflow/rules/evaluation.smk"
 include: "workflow/rules/correlation.smk"
 include: "workflow/rules/pool.smk"
+include: "workflow/rules/real_flights.smk"
 include: "workflow/rules/recordings.smk"
 include: "workflow/rules/figures.smk"
 

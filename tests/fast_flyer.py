@@ -1,7 +1,7 @@
 """Flies random smooth references with hidden effects, fast: a compiled rigid body that shares no code with infotraj.
 
-The loop runs at 1 kHz (midpoint rule, actuators exactly); rows are written at 200 Hz. Each sensor in row k is sampled at
-t[k], the command of row k acts from t[k] to t[k+1]. Effects are those of the catalogue by name; see `HIDDEN`.
+The loop runs at 1 kHz (midpoint rule, actuators exactly); rows are written at 200 Hz. Each sensor in row k is sampled
+at t[k], the command of row k acts from t[k] to t[k+1]. Effects are those of the catalogue by name; see `HIDDEN`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,15 @@ import yaml
 from numba import njit
 
 RATE, SUBSTEPS = 200.0, 5
-HIDDEN = ("linear_drag", "ground_effect", "battery_sag", "rotor_interference", "servo_lag", "thrust_scale", "delay_rows")
+HIDDEN = (
+    "linear_drag",
+    "ground_effect",
+    "battery_sag",
+    "rotor_interference",
+    "servo_lag",
+    "thrust_scale",
+    "delay_rows",
+)
 NOISE = {"position": 1e-3, "attitude": np.radians(0.1), "velocity": 5e-3, "rate": 0.01, "force": 0.1}
 
 
@@ -98,7 +106,10 @@ def _reference(t, rng, low, turning):
     p[2, 0] += low - p[2, 0].min()
     size = np.radians([28.0, 28.0, 35.0]) if turning else np.array([0.0, 0.0, np.radians(35.0)])
     angle = np.array([_waves(t, rng, s, 0.05, 0.3) for s in size])
-    return (*(np.ascontiguousarray(p[:, k].T) for k in range(3)), *(np.ascontiguousarray(angle[:, k].T) for k in range(2)))
+    return (
+        *(np.ascontiguousarray(p[:, k].T) for k in range(3)),
+        *(np.ascontiguousarray(angle[:, k].T) for k in range(2)),
+    )
 
 
 def _table(t, state, sensed, commands, rotors, tilts, rng, noise):
@@ -149,7 +160,9 @@ def _turn(axis, angle, v):
 
 
 @njit(cache=True)
-def _wrench(p, v, q, w, time, rotor, tilt, k_f, position, axis, kappa, tilt_of, tilt_axis, lower, radius, ring, effects):
+def _wrench(
+    p, v, q, w, time, rotor, tilt, k_f, position, axis, kappa, tilt_of, tilt_axis, lower, radius, ring, effects
+):
     drag, ground, sag, interference, scale = effects[0], effects[1], effects[2], effects[3], effects[5]
     r = _matrix(q)
     body_velocity = r.T @ v
@@ -162,9 +175,11 @@ def _wrench(p, v, q, w, time, rotor, tilt, k_f, position, axis, kappa, tilt_of, 
             arm[tilt_of[k]] += k_f[k] * rotor[k] ** 2
         for j in range(arms):
             before, here, after = ring[j - 1], ring[j], ring[(j + 1) % arms]
-            lost[here] = interference * (
-                max(0.0, np.sin(tilt[before])) ** 2 * arm[before] + max(0.0, -np.sin(tilt[after])) ** 2 * arm[after]
-            ) / np.mean(arm)
+            lost[here] = (
+                interference
+                * (max(0.0, np.sin(tilt[before])) ** 2 * arm[before] + max(0.0, -np.sin(tilt[after])) ** 2 * arm[after])
+                / np.mean(arm)
+            )
     for k in range(len(k_f)):
         d, at = axis[k], position[k]
         if tilt_of[k] >= 0:

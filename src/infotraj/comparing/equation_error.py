@@ -37,8 +37,8 @@ class EquationError:
     """Measured and predicted wrench at the n rows of a flight, through one filter; NaN where a row is not scored.
 
     t (n,) s; measured, predicted (n, 6) in `unit`; floor (6,): standard deviation that noise of the sensors leaves
-    in measured minus predicted (see comparing.floor); red (6,): noise seen over half a window over that of neighbours, 1
-    if white;
+    in measured minus predicted (see comparing.floor); red (6,): noise seen over half a window over that of
+    neighbours, 1 if white;
     scored (n, 6) bool; reasons: axis to why it cannot be answered; unit: of force and of torque; force_from: what the
     force was measured with; window (s); left_out: rows that are not scored, counted by reason.
     """

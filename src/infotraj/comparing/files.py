@@ -16,9 +16,7 @@ from infotraj.flight import Flight, read_flight
 T = TypeVar("T")
 
 
-def accepted(
-    paths: Sequence[Path], use: Callable[[Flight], T], *, skip_rejected: bool
-) -> tuple[list[Flight], list[T]]:
+def accepted(paths: Sequence[Path], use: Callable[[Flight], T], *, skip_rejected: bool) -> tuple[list[Flight], list[T]]:
     """The flights that can be used, with what `use` made of each. Those that cannot are named on standard error.
 
     InputError where one was rejected (with `skip_rejected`: where none is left).

@@ -2,9 +2,10 @@
 
 White noise on samples shows in their high differences, which a smooth motion and a smooth model error leave alone: the
 difference-based estimate of a variance (Hall, Kay, Titterington 1990, after von Neumann 1941), here with third
-differences of measured minus predicted samples. Passed through the known gain of the filter it is the floor. Where the samples' noise is not white (a smoothed velocity, an estimator's output), neighbours say
-too little: `colour` shows it, and the floor is taken from the filtered residual itself, third differences one window
-apart. Everything that changes within half a second and that the model does not explain then counts as noise.
+differences of measured minus predicted samples. Passed through the known gain of the filter it is the floor. Where
+the samples' noise is not white (a smoothed velocity, an estimator's output), neighbours say too little: `colour`
+shows it, and the floor is taken from the filtered residual itself, third differences one window apart. Everything
+that changes within half a second and that the model does not explain then counts as noise.
 """
 
 from __future__ import annotations
@@ -61,6 +62,7 @@ def fast_part(t: Array, filtered: Array, window: float) -> Array:
 
 
 def colour(t: Array, x: Array, lag: int) -> Array:
-    """Noise found with differences `lag` samples apart over that of neighbours, (c,): 1 for white noise, more for red."""
+    """Noise found with differences `lag` samples apart over that of neighbours, (c,): 1 for white noise, more for
+    red."""
     near = white_noise(t, x)
     return white_noise(t, x, lag) / np.where(near > 0.0, near, np.nan)

@@ -18,8 +18,9 @@ def roll(first, step, fixed, parts, active, mass, inertia, inverse, center, grav
     """Rolls every start forward and writes the state after each of the horizons.
 
     first (s,): interval of each start; step (i,) s: length of each interval; fixed (i, 3, 6), parts (i, 3, a, 6),
-    active (a,): the wrench as state_wrench.LinearForm at the beginning, middle and end of each interval; states (s, 13):
-    position, velocity (world), quaternion, rate; horizons (s, h): intervals from each start, 0 for none; out (s, h, 13).
+    active (a,): the wrench as state_wrench.LinearForm at the beginning, middle and end of each interval; states (s,
+    13): position, velocity (world), quaternion, rate; horizons (s, h): intervals from each start, 0 for none; out (s,
+    h, 13).
     """
     current, end = np.empty(13), np.empty(13)
     slopes = np.empty((4, 13))
@@ -29,7 +30,9 @@ def roll(first, step, fixed, parts, active, mass, inertia, inverse, center, grav
         for done in range(horizons[s].max()):
             i = first[s] + done
             dt = step[i]
-            _slope(current, fixed[i, 0], parts[i, 0], active, mass, inertia, inverse, center, gravity, values, slopes[0])
+            _slope(
+                current, fixed[i, 0], parts[i, 0], active, mass, inertia, inverse, center, gravity, values, slopes[0]
+            )
             for c in range(13):
                 end[c] = current[c] + 0.5 * dt * slopes[0, c]
             _slope(end, fixed[i, 1], parts[i, 1], active, mass, inertia, inverse, center, gravity, values, slopes[1])

@@ -1,8 +1,8 @@
 """Rollouts: open loop from every recorded state with recorded inputs, and how far they are off after so long.
 
-The measure is that of the multi-horizon benchmark for nano-quadrotors (Busetto et al. 2025, arXiv 2512.14450): the mean,
-over all starts, of the Euclidean error of position, velocity and rate and of the geodesic error of attitude. Actuators
-are not started anew: they stand where the commands since the flight's first row have brought them.
+The measure is that of the multi-horizon benchmark for nano-quadrotors (Busetto et al. 2025, arXiv 2512.14450): the
+mean, over all starts, of the Euclidean error of position, velocity and rate and of the geodesic error of attitude.
+Actuators are not started anew: they stand where the commands since the flight's first row have brought them.
 """
 
 from __future__ import annotations

@@ -65,7 +65,8 @@ def statistics(errors: Sequence[EquationError]) -> Statistics:
 
 @dataclass(frozen=True)
 class Difference:
-    """Error of one model less that of another, as share of the other's mean square: mean, its standard error, blocks."""
+    """Error of one model less that of another, as share of the other's mean square: mean, its standard error,
+    blocks."""
 
     mean: Array
     standard_error: Array

@@ -102,7 +102,7 @@ def as_text(comparison: Comparison, *, verbose: bool = False) -> str:
         parts.append(_by_flight(comparison))
     if len(comparison.models) > 1:
         parts.append(_against(comparison))
-    if first.rollouts:
+    if any(r.reason is None for r in first.rollouts):
         parts.append(_rollouts_of(comparison))
     notes = list(dict.fromkeys(_notes(comparison)))
     return "\n".join([*parts, *notes]) + "\n"
@@ -199,6 +199,6 @@ def remarks(overall: Statistics, errors: Sequence[EquationError]) -> Iterable[st
         )
     if overall.worse_than_none:
         yield (
-            f"{', '.join(overall.worse_than_none)}: the prediction is worse than none; the recorded inputs do not explain what was "
-            "measured, and errors there say more of the log than of the model"
+            f"{', '.join(overall.worse_than_none)}: the prediction is worse than none; the recorded inputs do "
+            "not explain what was measured, and errors there say more of the log than of the model"
         )

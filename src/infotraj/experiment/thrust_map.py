@@ -3,9 +3,10 @@
     python -m infotraj.experiment.thrust_map
 
 Thrust of one rotor: (c1 x + c2 x^2) (V / V_nominal)^e, x the throttle (PWM / 65535) after a first-order lag, V the
-battery voltage. Fitted to the vertical specific force that the motion capture gives (least-squares slope of the velocity
-over 0.15 s; the thrust passes the same mean), by least squares over c1 and c2 for each lag and exponent of a grid. Only
-the ratio of thrust to mass shows in a flight: with another mass all of c1 and c2 scale with it, and no error changes.
+battery voltage. Fitted to the vertical specific force that the motion capture gives (least-squares slope of the
+velocity over 0.15 s; the thrust passes the same mean), by least squares over c1 and c2 for each lag and exponent of a
+grid. Only the ratio of thrust to mass shows in a flight: with another mass all of c1 and c2 scale with it, and no
+error changes.
 """
 
 from __future__ import annotations
@@ -88,7 +89,7 @@ def fit_thrust_map(
 def _prepared(flight: Flight) -> tuple[Array, Array, Array, Window, Array, Array]:
     t = flight.t
     window = Window.over(t, WINDOW)
-    acceleration = window.slope(flight.get(*VELOCITY)) + [0.0, 0.0, GRAVITY]
+    acceleration = window.slope(flight.get(*VELOCITY)) + np.array([0.0, 0.0, GRAVITY])
     up = rotations.to_body(flight.get(*ATTITUDE), acceleration)[:, 2]
     keep = airborne_rows(flight).rows & (flight.get("pz")[:, 0] > LOWEST) & (t > t[0] + SETTLING) & np.isfinite(up)
     volts = median_filter(flight.get("battery")[:, 0], _BATTERY_WINDOW)

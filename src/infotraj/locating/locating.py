@@ -12,6 +12,7 @@ from infotraj.comparing.statistics import Statistics, statistics
 from infotraj.flight import Flight
 from infotraj.locating.lags import Lags, lags
 from infotraj.locating.places import LEAST_EXCESS, Found, Place, find_places
+from infotraj.locating.quantities import cannot_name
 from infotraj.locating.samples import samples
 from infotraj.locating.tree import Leaf, leaves
 from infotraj.locating.windows import TimeWindow, worst_windows
@@ -20,9 +21,10 @@ from infotraj.models import Model
 
 @dataclass(frozen=True)
 class Located:
-    """What was found: places, those that account for most of their axis first (log-likelihood gain; axes whose prediction
-    is worse than none come last), pairs, windows in time, a tree an axis that has a place, lags, and the
-    statistics over all flights and flight by flight. `found` holds the searches themselves, for figures."""
+    """What was found: places, those that account for most of their axis first (log-likelihood gain; axes whose
+    prediction is worse than none come last), pairs, windows in time, a tree an axis that has a place, lags, and the
+    statistics over all flights and flight by flight. `found` holds the searches themselves, for figures; cannot_name:
+    groups of quantities that some flight lacks."""
 
     paths: tuple[str, ...]
     errors: tuple[EquationError, ...]
@@ -34,10 +36,12 @@ class Located:
     overall: Statistics
     by_flight: tuple[Statistics, ...]
     found: tuple[Found, ...]
+    cannot_name: tuple[str, ...] = ()
 
     @property
     def offsets(self) -> list[tuple[str, float, float]]:
-        """Axes with a constant error everywhere that a place cannot name: (axis, bias, its share of the mean square)."""
+        """Axes with a constant error everywhere that a place cannot name: (axis, bias, its share of the mean
+        square)."""
         s = self.overall
         share = np.square(s.bias) / np.square(s.rmse)
         return [
@@ -68,9 +72,7 @@ def locate(
     errors = tuple(
         equation_error(model, f, window=window, force_from=force_from, start=start, stop=stop) for f in flights
     )
-    found = tuple(
-        find_places(s, rng, least_excess=least_excess) for s in samples(flights, model.vehicle, errors)
-    )
+    found = tuple(find_places(s, rng, least_excess=least_excess) for s in samples(flights, model.vehicle, errors))
     overall = statistics(errors)
     worse = overall.worse_than_none
     places = sorted((p for f in found for p in f.places), key=lambda p: (p.axis in worse, -p.gain))
@@ -93,4 +95,5 @@ def locate(
         overall,
         tuple(statistics([e]) for e in errors),
         found,
+        tuple(dict.fromkeys(g for f in flights for g in cannot_name(f, model.vehicle))),
     )

@@ -1,4 +1,5 @@
-"""Places: the quantities that a residual follows or grows with, worst first, chance controlled over the whole search."""
+"""Places: the quantities that a residual follows or grows with, worst first, chance controlled over the whole
+search."""
 
 from __future__ import annotations
 
@@ -21,7 +22,8 @@ LEAST_EXCESS = 0.25
 ROUNDS = 3  # places an axis: each is taken out before the next is looked for
 ALIKE = 0.9  # quantities that reach this share of the best one's gain are not told apart from it
 PAIR_GAIN = 1.25  # a pair must describe this much more than the better of its two quantities
-PRIMARY = ("speed", "height", "tilt of the body", "angle of the arms", "tilt rate of the arms", "turning rate", "thrust",
+PRIMARY = ("speed", "height", "tilt of the body", "angle of the arms", "tilt rate of the arms", "turning rate",
+"thrust",
            "battery voltage", "time")  # fmt: skip
 
 
@@ -29,10 +31,10 @@ PRIMARY = ("speed", "height", "tilt of the body", "angle of the arms", "tilt rat
 class Place:
     """Where one axis of the residual fails.
 
-    quantity, other: what names the place, `other` for a pair; group: the quantity's word; p: chance that the search finds
-    anything as good where there is nothing; explained: share of the squared error that follows the quantity; excess:
-    squared error that goes with it, a row, over the floor's square; region: where the error sits; trend: (quantity,
-    mean residual) at the knots; alike: quantities that do almost as well here.
+    quantity, other: what names the place, `other` for a pair; group: the quantity's word; p: chance that the search
+    finds anything as good where there is nothing; explained: share of the squared error that follows the quantity;
+    excess: squared error that goes with it, a row, over the floor's square; region: where the error sits; trend:
+    (quantity, mean residual) at the knots; alike: quantities that do almost as well here.
     """
 
     axis: str

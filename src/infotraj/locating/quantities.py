@@ -54,6 +54,19 @@ def quantities(flight: Flight, vehicle: Vehicle, seconds: float) -> list[Quantit
     return [_smoothed(q, window) for q in found]
 
 
+def cannot_name(flight: Flight, vehicle: Vehicle) -> list[str]:
+    """Groups of quantities that this flight's channels cannot give."""
+    needs = {
+        "speed": VELOCITY,
+        "height": POSITION,
+        "tilt": ATTITUDE,
+        "rate": RATE,
+        "battery": ("battery",),
+    }
+    missing = [group for group, columns in needs.items() if not flight.has(*columns)]
+    return missing + ([] if actuator_commands(flight, vehicle) else ["thrust"])
+
+
 def held(flight: Flight, columns: Iterable[str]) -> Array | None:
     """Columns (n, c) with the last sample held where there is none; None where one of them has no sample at all."""
     columns = tuple(columns)
@@ -89,9 +102,7 @@ def _of_motion(flight: Flight, attitude: Array | None) -> list[Quantity]:
         ]
     if rate is not None:
         found.append(Quantity("turning rate", "rate", "rad/s", np.linalg.norm(rate, axis=1)))
-        found += [
-            Quantity(f"rate about {a}", "rate", "rad/s", rate[:, k], signed=True) for k, a in enumerate("xyz")
-        ]
+        found += [Quantity(f"rate about {a}", "rate", "rad/s", rate[:, k], signed=True) for k, a in enumerate("xyz")]
     return found
 
 
@@ -122,7 +133,9 @@ def _of_actuators(flight: Flight, vehicle: Vehicle) -> list[Quantity]:
         ]  # fmt: skip
     changed = np.einsum("nr,nrc->nc", (thrust[after] - thrust) / dt, per_newton)
     found += [
-        Quantity(f"change of the rotors' thrust in {a}", "thrust rate", _per_second(a), changed[:, k], signed=True, axis=a)
+        Quantity(
+            f"change of the rotors' thrust in {a}", "thrust rate", _per_second(a), changed[:, k], signed=True, axis=a
+        )
         for k, a in enumerate(AXES)
     ]
     return found

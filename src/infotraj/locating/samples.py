@@ -1,4 +1,5 @@
-"""The rows that are searched: residuals of all flights, thinned to what the filter leaves independent, with quantities."""
+"""The rows that are searched: residuals of all flights, thinned to what the filter leaves independent, with
+quantities."""
 
 from __future__ import annotations
 
@@ -24,8 +25,8 @@ _SPREAD = 1e-6
 class Samples:
     """n rows of one kind of residual, force or torque, that are searched together.
 
-    axes: the names of the columns; residual (n, a) and floor (a,) in `unit`; flight (n,): which flight a row is of, rows
-    of one flight together; t (n,) s; spacing: mean time between rows, s; quantities: values on these rows.
+    axes: the names of the columns; residual (n, a) and floor (a,) in `unit`; flight (n,): which flight a row is of,
+    rows of one flight together; t (n,) s; spacing: mean time between rows, s; quantities: values on these rows.
     """
 
     axes: tuple[str, ...]
@@ -38,9 +39,7 @@ class Samples:
     quantities: tuple[Quantity, ...]
 
 
-def samples(
-    flights: Sequence[Flight], vehicle: Vehicle, errors: Sequence[EquationError]
-) -> list[Samples]:
+def samples(flights: Sequence[Flight], vehicle: Vehicle, errors: Sequence[EquationError]) -> list[Samples]:
     """Force and torque samples; a kind that no flight can answer, or whose floor is unknown, is left out."""
     known = [quantities(f, vehicle, e.window) for f, e in zip(flights, errors, strict=True)]
     shared = _shared(known)

@@ -1,12 +1,12 @@
 """Which quantity explains a residual, and would chance have found one as good?
 
-For each quantity the residual is described by a mean that is piecewise linear in the quantity and a spread of its own in
-each of its ranges; the gain is that description's log-likelihood over a single mean and spread. The same is done for a
-mean and spread in each cell of two quantities. The null is the whole search again on residuals whose blocks have been
-moved about inside their flight, and whose means a flight have been dealt anew among the flights, which keeps their colour
-and their distribution and breaks the tie to every quantity;
-the largest standardised gain over everything searched is compared with those of the null (Westfall and Young 1993; blocks
-of random length as in Politis and Romano 1994, for equal blocks would fall into step with a periodic flight).
+For each quantity the residual is described by a mean that is piecewise linear in the quantity and a spread of its own
+in each of its ranges; the gain is that description's log-likelihood over a single mean and spread. The same is done
+for a mean and spread in each cell of two quantities. The null is the whole search again on residuals whose blocks
+have been moved about inside their flight, and whose means a flight have been dealt anew among the flights, which
+keeps their colour and their distribution and breaks the tie to every quantity;
+the largest standardised gain over everything searched is compared with those of the null (Westfall and Young 1993;
+blocks of random length as in Politis and Romano 1994, for equal blocks would fall into step with a periodic flight).
 """
 
 from __future__ import annotations
@@ -49,7 +49,8 @@ class Ranges:
 
 @dataclass(frozen=True)
 class Described:
-    """A residual described by one quantity: log-likelihood gain (nats), mean at the knots, share of squares explained."""
+    """A residual described by one quantity: log-likelihood gain (nats), mean at the knots, share of squares
+    explained."""
 
     gain: Array
     heights: Array

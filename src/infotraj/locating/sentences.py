@@ -20,8 +20,9 @@ def place_sentence(place: Place) -> str:
     at = place.region
     if at is not None and at.low > 1.0:
         parts.append(
-            f"{place.axis} error is {times(at.ratio)} times the rest (95 % interval {times(at.low)} to {times(at.high)}) "
-            f"when {where(place)}: {at.samples:.0%} of the samples hold {at.squares:.0%} of the squared error, "
+            f"{place.axis} error is {times(at.ratio)} times the rest (95 % interval {times(at.low)} to "
+            f"{times(at.high)}) when {where(place)}: {at.samples:.0%} of the samples hold {at.squares:.0%} of the "
+            "squared error, "
             f"RMS {at.inside:.3g} {place.unit} against a floor of {place.floor:.2g}"
         )
     if place.other is None and place.explained > _FOLLOWS:
@@ -79,8 +80,8 @@ def lag_sentence(lags: Lags) -> str:
     """What a shift in time would explain."""
     word = "later" if lags.delay > 0 else "earlier"
     return (
-        f"{lags.axis}: the measurement comes {1e3 * abs(lags.delay):.0f} +- {1e3 * lags.standard_error:.0f} ms {word} than "
-        f"the prediction, which would explain {lags.share:.0%} of the squared error: a delay or a lag"
+        f"{lags.axis}: the measurement comes {1e3 * abs(lags.delay):.0f} +- {1e3 * lags.standard_error:.0f} ms "
+        f"{word} than the prediction, which would explain {lags.share:.0%} of the squared error: a delay or a lag"
     )
 
 

@@ -37,11 +37,15 @@ def as_dict(located: Located) -> dict[str, Any]:
             for w in located.windows
         ],
         "tree": {axis: [sentences.leaf_sentence(axis, leaf) for leaf in tree] for axis, tree in located.trees.items()},
-        "offsets": [
-            {"axis": axis, "bias": bias, "share_of_squares": share} for axis, bias, share in located.offsets
-        ],
+        "offsets": [{"axis": axis, "bias": bias, "share_of_squares": share} for axis, bias, share in located.offsets],
         "lags": [
-            {"axis": k.axis, "delay": k.delay, "standard_error": k.standard_error, "share_of_squares": k.share, "sure": k.late}
+            {
+                "axis": k.axis,
+                "delay": k.delay,
+                "standard_error": k.standard_error,
+                "share_of_squares": k.share,
+                "sure": k.late,
+            }
             for k in located.lags
         ],
         "flights": [
@@ -51,6 +55,7 @@ def as_dict(located: Located) -> dict[str, Any]:
         "rmse": by_axis(located.overall.rmse),
         "floor": by_axis(located.overall.floor),
         "unit": located.errors[0].unit,
+        "cannot_name": list(located.cannot_name),
         "filter": located.errors[0].filter,
         "remarks": list(remarks(located.overall, located.errors)),
     }
@@ -66,7 +71,9 @@ def as_text(located: Located, *, verbose: bool = False) -> str:
         if len(shown) < len(located.places):
             lines.append(f"  and {len(located.places) - len(shown)} more (-v)")
     else:
-        lines.append("no place: nothing in state, input or time holds more of the error than chance and the floor allow")
+        lines.append(
+            "no place: nothing in state, input or time holds more of the error than chance and the floor allow"
+        )
     for pair in located.pairs if verbose else located.pairs[:2]:
         lines.append(f"  together: {sentences.place_sentence(pair)}")
     if located.offsets:
@@ -95,6 +102,8 @@ def as_text(located: Located, *, verbose: bool = False) -> str:
         rows += [(Path(p).name, s) for p, s in zip(located.paths, located.by_flight, strict=True)]
     for name, s in rows:
         lines.append(f"  {name:<38}" + "".join(f"{'-':>8}" if not np.isfinite(x) else f"{x:>8.2f}" for x in _times(s)))
+    if located.cannot_name:
+        lines.append(f"not searched, for the flights do not hold it: {', '.join(located.cannot_name)}")
     lines += remarks(located.overall, located.errors)
     return "\n".join(lines) + "\n"
 

@@ -1,7 +1,7 @@
 """A small tree over all quantities: the few corners of state and input space that hold the error.
 
-Regression tree (Breiman et al. 1984) on the squared error in units of the floor, grown to at most four leaves and pruned
-by the error on blocks of time that it was not grown on, so that it does not follow noise that neighbours share.
+Regression tree (Breiman et al. 1984) on the squared error in units of the floor, grown to at most four leaves and
+pruned by the error on blocks of time that it was not grown on, so that it does not follow noise that neighbours share.
 """
 
 from __future__ import annotations
@@ -75,7 +75,10 @@ def _leaf_count(inputs: Array, target: Array, blocks: Array) -> int:
     chosen = 1
     for count in range(2, MOST_LEAVES + 1):
         held[count] = sum(
-            np.sum((target[fold == f] - _grown(count).fit(inputs[fold != f], target[fold != f]).predict(inputs[fold == f])) ** 2)
+            np.sum(
+                (target[fold == f] - _grown(count).fit(inputs[fold != f], target[fold != f]).predict(inputs[fold == f]))
+                ** 2
+            )
             for f in range(FOLDS)
         )
         if held[count] < (1.0 - LEAST_GAIN) * held[chosen]:

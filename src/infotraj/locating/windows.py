@@ -17,7 +17,8 @@ ALPHA = 0.01
 
 @dataclass(frozen=True)
 class TimeWindow:
-    """From start to stop (s) of a flight: the axis's RMS there, over the rest of the flight (ratio), and over the floor."""
+    """From start to stop (s) of a flight: the axis's RMS there, over the rest of the flight (ratio), and over the
+    floor."""
 
     flight: int
     axis: str
@@ -32,8 +33,8 @@ class TimeWindow:
 def worst_windows(errors: Sequence[EquationError], *, most: int = 10) -> list[TimeWindow]:
     """Windows of 1 s, neighbours joined, whose error stands out of the rest of their flight and of the floor.
 
-    Under noise alone a window's squared error over the floor's square is chi-squared with about three degrees of freedom
-    a filter window; the limit holds for all windows, axes and flights together (Bonferroni).
+    Under noise alone a window's squared error over the floor's square is chi-squared with about three degrees of
+    freedom a filter window; the limit holds for all windows, axes and flights together (Bonferroni).
     """
     tries = sum(max(1, int((e.t[-1] - e.t[0]) / LENGTH)) for e in errors) * len(AXES)
     found: list[TimeWindow] = []

@@ -1,4 +1,5 @@
-"""Model against measurement: time series with the band of the noise, errors over the floor, rollouts over the horizon."""
+"""Model against measurement: time series with the band of the noise, errors over the floor, rollouts over the
+horizon."""
 
 from __future__ import annotations
 
@@ -96,7 +97,9 @@ def draw_errors(comparison: Comparison) -> Figure:
         right.bar(x, 100 * np.clip(s.explained, 0, 1), 0.9 * width, color=color, label=label)
         for place, value, answered in zip(x, s.explained, s.rows > 0, strict=True):
             text = "?" if not answered else (f"{100 * value:.0f}" if value > 0 else "≤0")
-            right.annotate(text, (place, 100 * np.clip(np.nan_to_num(value), 0, 1)), ha="center", va="bottom", fontsize=6.5)
+            right.annotate(
+                text, (place, 100 * np.clip(np.nan_to_num(value), 0, 1)), ha="center", va="bottom", fontsize=6.5
+            )
     left.axhspan(0.5, 1.1, color=style.SKY, alpha=0.45, lw=0)
     left.set_yscale("log")
     high = left.get_ylim()[1]
@@ -165,4 +168,3 @@ def _worst_span(error: EquationError) -> tuple[float, float]:
 
 def _math(unit: str) -> str:
     return unit.replace("^2", "$^2$")
-

@@ -102,7 +102,9 @@ def _residual_panel(axes: Axes, n: int, place: Place, found: Found) -> None:
         cut, side = place.region.threshold, place.region.side
         spans = {"above": [(cut, high)], "below": [(low, cut)], "beyond": [(low, -cut), (cut, high)]}.get(side, [])
         for k, (start, stop) in enumerate(s for s in spans if s[1] > s[0]):
-            axes.axvspan(start, stop, color=style.VERMILION, alpha=0.12, lw=0, zorder=0, label=None if k else "the place")
+            axes.axvspan(
+                start, stop, color=style.VERMILION, alpha=0.12, lw=0, zorder=0, label=None if k else "the place"
+            )
     axes.plot(x, y, ".", color=style.GREY, ms=2, alpha=0.45, mew=0, zorder=2, label="samples")
     edges = np.unique(np.quantile(x, np.linspace(0, 1, BINS + 1)))
     slot = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, len(edges) - 2)
@@ -135,7 +137,9 @@ def _excess(found: Found, a: int, k: int) -> float:
     if not floor > 0 or found.search.p[a, k] > 0.01:
         return 0.0
     explained = max(found.search.explained[a, k], 0.0) * float(np.var(residual)) / floor**2
-    placed = [p.excess for p in found.places if p.axis == found.samples.axes[a] and p.quantity.name == found.search.names[k]]
+    placed = [
+        p.excess for p in found.places if p.axis == found.samples.axes[a] and p.quantity.name == found.search.names[k]
+    ]
     return max([explained, *placed])
 
 

@@ -16,7 +16,8 @@ MOST_FLIGHTS = 6
 
 
 def draw_time(located: Located) -> Figure:
-    """RMS of each axis in every second of the worst flights, over the floor; white is noise. Framed: the windows named."""
+    """RMS of each axis in every second of the worst flights, over the floor; white is noise. Framed: the windows
+    named."""
     order = np.argsort([-np.nanmax(np.append(s.rmse / s.floor, 0.0)) for s in located.by_flight])[:MOST_FLIGHTS]
     figure = style.figure(style.DOUBLE, 0.7 + 1.0 * len(order))
     panels = figure.subplots(len(order), 1, squeeze=False)[:, 0]
@@ -57,8 +58,8 @@ def draw_time(located: Located) -> Figure:
 def draw_lags(located: Located) -> Figure:
     """The residual's autocorrelation and its correlation with the rate of change of the prediction, an axis each.
 
-    Blue band: correlations that chance leaves (99 %). Grey: lags within the filter, which makes neighbours alike. A peak
-    of the lower row at lag 0 with a minus sign is a measurement that comes late.
+    Blue band: correlations that chance leaves (99 %). Grey: lags within the filter, which makes neighbours alike. A
+    peak of the lower row at lag 0 with a minus sign is a measurement that comes late.
     """
     shown = located.lags
     figure = style.figure(style.DOUBLE, 2.9)

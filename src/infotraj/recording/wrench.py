@@ -83,9 +83,7 @@ def _add_path(columns: Columns, flight: Flight, error: EquationError, size: floa
     share = 2.0 * np.clip(np.log(np.maximum(over[keep], 1.0)) / np.log(WORST), 0.0, 1.0)
     colors = np.stack([np.interp(share, [0.0, 1.0, 2.0], ramp) for ramp in _RAMP.T], axis=1).astype(np.uint8)
     strips = [points[i : i + 2] for i in np.flatnonzero(joined)]
-    columns.static(
-        "world/error_path", rr.LineStrips3D(strips, colors=colors[:-1][joined], radii=0.03 * size)
-    )
+    columns.static("world/error_path", rr.LineStrips3D(strips, colors=colors[:-1][joined], radii=0.03 * size))
 
 
 def _add_arrows(columns: Columns, error: EquationError, scales: dict[str, tuple[float, float]], size: float) -> None:
@@ -180,11 +178,16 @@ def _plot(kind: str, axis: str, spans: dict[str, tuple[float, float]]) -> rrb.Ti
     )
 
 
-def _about(flight: Flight, model: Model, error: EquationError, scales: dict[str, tuple[float, float]]) -> rr.TextDocument:
+def _about(
+    flight: Flight, model: Model, error: EquationError, scales: dict[str, tuple[float, float]]
+) -> rr.TextDocument:
     effects = ", ".join(e.name for e in model.effects) or "no effects"
     lines = [f"**{model.vehicle.name} with {effects}**, {Path(str(flight.meta.get('source', 'flight'))).name}", ""]
     for kind, (_, more) in scales.items():
-        lines.append(f"{kind}: green measured, blue predicted, orange the difference, {more:.0f} times larger ({'pale' if kind == 'torque' else 'strong'} arrows).")
+        look = "pale" if kind == "torque" else "strong"
+        lines.append(
+            f"{kind} ({look} arrows): green measured, blue predicted, orange the difference, {more:.0f} times larger."
+        )
     rms = np.sqrt(np.nanmean(np.where(error.scored, error.residual, np.nan) ** 2, axis=0)) if error.scored.any() else []
     told = [
         f"{axis} {rms[a]:.3g} ({rms[a] / error.floor[a]:.1f} x floor)"
