@@ -33,7 +33,7 @@ CASES = {
     "quadrotor": [
         ("none", 0.0, set(), 1.0),
         ("linear_drag", 0.1, {"speed"}, 1.0),
-        ("ground_effect", 0.2, {"height"}, 0.25),
+        ("ground_effect", 0.2, {"height"}, 0.15),
         ("battery_sag", 0.003, {"time", "battery"}, 1.0),
     ],
 }

@@ -100,6 +100,9 @@ def equation_error(
     source = _force_source(flight, force_from)
     if source == "none":
         reasons.update(dict.fromkeys(AXES[:3], "the flight has neither specific force nor velocity with attitude"))
+    elif np.isfinite(prediction.specific_force).any():
+        # The prediction is there, and so is a side to measure it by, whatever the accelerometer lacks.
+        reasons = {axis: why for axis, why in reasons.items() if axis not in AXES[:3]}
     force = _force(flight, vehicle, prediction, keep, window, source)
     torque = _torque(flight, prediction, keep, window)
     if not flight.has(*RATE):

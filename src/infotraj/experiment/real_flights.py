@@ -24,6 +24,7 @@ from infotraj.locating import summary as located_summary
 from infotraj.models import load_model
 
 SHORTEST = 5.0  # s that a log must have left to be used
+LEFT_OUT = {"low_flight"}  # findings that are no fault of the log, but of no use here: ground effect in every row
 HORIZONS = "1,10,0.5s"
 
 
@@ -67,7 +68,8 @@ def receive_logs(*, name: str, data_dir: str | Path | None, flights: str | Path,
     Path(flights).mkdir(parents=True, exist_ok=True)
     for log, check in zip(logs, check_logs(logs, chosen.mapping), strict=True):
         span = max(check.usable, key=lambda s: s[1] - s[0], default=(0.0, 0.0))
-        used = check.outcome != "rejected" and span[1] - span[0] >= SHORTEST
+        codes = {f.code for f in check.findings}
+        used = check.outcome != "rejected" and span[1] - span[0] >= SHORTEST and not codes & LEFT_OUT
         rows.append(
             {
                 "log": log.name,

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from infotraj.locating import sentences
 from infotraj.locating.locating import Located
-from infotraj.locating.places import LEAST_EXCESS, Found, Place
+from infotraj.locating.places import ALPHA, LEAST_EXCESS, Found, Place
 from infotraj.plots import residuals, style
 
 MOST_PLACES = 6
@@ -132,15 +132,14 @@ def _headline(n: int, place: Place) -> str:
 
 
 def _excess(found: Found, a: int, k: int) -> float:
-    floor = found.samples.floor[a]
-    residual = found.samples.residual[:, a]
-    if not floor > 0 or found.search.p[a, k] > 0.01:
+    axis, name, floor = found.samples.axes[a], found.search.names[k], found.samples.floor[a]
+    if not floor > 0:
         return 0.0
-    explained = max(found.search.explained[a, k], 0.0) * float(np.var(residual)) / floor**2
-    placed = [
-        p.excess for p in found.places if p.axis == found.samples.axes[a] and p.quantity.name == found.search.names[k]
-    ]
-    return max([explained, *placed])
+    excess = [p.excess for p in found.places if p.axis == axis and p.quantity.name == name]
+    if found.search.p[a, k] <= ALPHA:
+        variance = float(np.var(found.samples.residual[:, a]))
+        excess.append(max(found.search.explained[a, k], 0.0) * variance / floor**2)
+    return max(excess, default=0.0)
 
 
 def _columns(located: Located) -> tuple[list[str], list[str]]:
