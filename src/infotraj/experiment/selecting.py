@@ -93,7 +93,8 @@ def score(
             )
         )
     )
-    costs = Scorer(models, points_of_region, points, threads).costs(commands[:, : settings.draws], rng)
+    scorer = Scorer(models, points_of_region, points, threads, settings.response_time, task.dt)
+    costs = scorer.costs(commands[:, : settings.draws], rng)
     return Scored(references, commands, costs, points_of_region, radius)
 
 
