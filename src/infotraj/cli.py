@@ -15,6 +15,8 @@ from infotraj.errors import InfotrajError
 COMMANDS = {
     "import": ("infotraj.importing.command:import_command", "Turn a log into a flight table."),
     "check": ("infotraj.checking.command:check_command", "Does a log mean what it says?"),
+    "compare": ("infotraj.comparing.command:compare_command", "Model against measurement."),
+    "locate": ("infotraj.locating.command:locate_command", "Where a model fails."),
     "effects": ("infotraj.effects.command:effects_command", "The catalogue of physical effects."),
     "data": ("infotraj.datasets.command:data_command", "Get or list public data sets."),
 }

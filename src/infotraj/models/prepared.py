@@ -24,6 +24,7 @@ from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
 T = TypeVar("T")
+_BESIDE = 64  # samples beside a segment that interpolation may look at, enough to know their usual interval
 SEGMENT = 4096  # rows evaluated at once, so that memory does not grow with the flight
 _KEPT_ROWS = 40_000  # of a longer flight nothing is kept that grows with rotors and rows
 
@@ -106,7 +107,9 @@ class Prepared:
         rate = self.recorded.rate
         if rate is None or rate.derived:
             return rate
-        return Samples(rate.times - imu.delay, (rate.values - imu.rate_bias) @ imu.rotation)
+        key = (imu.delay, imu.rate_bias.tobytes(), imu.rotation.tobytes())
+        turned = lambda: Samples(rate.times - imu.delay, (rate.values - imu.rate_bias) @ imu.rotation)  # noqa: E731
+        return self.kept.get("true rate", key, turned)
 
     def true_specific_force(self, imu: ImuLaw) -> Samples | None:
         """The specific force (m/s^2, body) of the origin and when it was sampled, from the measured one."""
@@ -149,7 +152,8 @@ class Prepared:
         found = []
         for start in range(0, max(len(t) - 1, 1), SEGMENT):
             stop = min(start + SEGMENT + 1, len(t))
-            found.append(Segment(start, stop, timeline(t[start:stop], jumps)))
+            inside = slice(*np.searchsorted(jumps, [t[start], t[stop - 1]]))
+            found.append(Segment(start, stop, timeline(t[start:stop], jumps[inside])))
         return found
 
     def _actuators(self, segment: Segment, imu: ImuLaw, law: ActuatorLaw) -> Actuation:
@@ -177,4 +181,7 @@ class Prepared:
 def _at(samples: Samples | None, time: Array) -> Array | None:
     if samples is None:
         return None
-    return interpolate(samples.times, samples.values, time)
+    # Only the samples around these instants are looked at: a long flight costs no more a row than a short one.
+    first, last = np.searchsorted(samples.times, [time[0], time[-1]])
+    near = slice(max(first - _BESIDE, 0), last + _BESIDE)
+    return interpolate(samples.times[near], samples.values[near], time)
