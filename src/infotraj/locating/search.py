@@ -19,6 +19,9 @@ from numba import njit
 from infotraj.rotations import Array
 
 KNOTS = (0.02, 0.26, 0.5, 0.74, 0.98)  # quantiles of a quantity
+# With fewer flights their means have too few orders to be dealt; they stay, and only what happens inside flights
+# counts.
+FEWEST_DEALT = 6
 CELLS = 3  # ranges of each of two quantities
 _SMALLEST = 1e-12  # variances below this share of the total count as this
 
@@ -73,8 +76,9 @@ class Draws:
         """The data, then `count` draws in which blocks of about `block` rows have been moved about."""
         n, known = len(flights), int(flights.max()) + 1
         order = np.concatenate([np.arange(n)[None], shuffled(flights, block, count, rng)])
-        dealt = np.stack([np.arange(known), *(_dealt(flights, known, rng) for _ in range(count))])
-        return cls(order, dealt, flights.astype(np.int64))
+        few = len(np.unique(flights)) < FEWEST_DEALT
+        dealt = [np.arange(known) if few else _dealt(flights, known, rng) for _ in range(count)]
+        return cls(order, np.stack([np.arange(known), *dealt]), flights.astype(np.int64))
 
     @classmethod
     def data(cls, flights: Array) -> Draws:
