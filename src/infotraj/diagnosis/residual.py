@@ -95,7 +95,8 @@ def flight_samples(
     keep = np.ones(len(t), dtype=bool)
     left_out = {}
     for reason, rows in {
-        "outside --from and --to": (t < (-np.inf if start is None else start)) | (t >= (np.inf if stop is None else stop)),
+        "outside --from and --to": (t < (-np.inf if start is None else start))
+        | (t >= (np.inf if stop is None else stop)),
         "first half second": t < t[0] + SETTLING,
         "not in the air": ~airborne_rows(flight, model.vehicle).rows,
         "inputs do not reach": ~np.asarray(prediction.covered, dtype=bool),
@@ -180,7 +181,9 @@ def _velocity(samples: FlightSamples, prediction: Prediction, c: Channel) -> Arr
     kept = samples.prepared.kept
 
     def turned() -> Array:
-        return rotations.normalize(interpolate(r.attitude.times, r.attitude.values, np.append((t[1:] + t[:-1]) / 2, t[-1])))
+        return rotations.normalize(
+            interpolate(r.attitude.times, r.attitude.values, np.append((t[1:] + t[:-1]) / 2, t[-1]))
+        )
 
     mean = rotations.to_world(kept.get("attitude half way", None, turned), prediction.specific_force_mean)
     v = kept.get("velocity at rows", None, lambda: interpolate(r.velocity.times, r.velocity.values, t))

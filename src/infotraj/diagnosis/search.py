@@ -220,9 +220,7 @@ def _replaced(search: Search, members: tuple[Member, ...]) -> tuple[Member, ...]
     return members
 
 
-def alternatives(
-    search: Search, rest: tuple[Member, ...], labels: set[str], cost: float, share: float
-) -> list[Fit]:
+def alternatives(search: Search, rest: tuple[Member, ...], labels: set[str], cost: float, share: float) -> list[Fit]:
     """Fits of `rest` with one absent effect, for those whose linear gain comes near what was there, best first.
 
     labels: what was taken out; cost: the squared error of the model that had it.

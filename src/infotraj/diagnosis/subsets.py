@@ -119,5 +119,3 @@ def _distances(now: Array, scale: Array, low: Array, high: Array) -> tuple[Array
     """Bounds as steps from now in usual sizes; a negative scale turns them round."""
     sides = np.array([(low - now) / scale, (high - now) / scale])
     return sides.min(axis=0), sides.max(axis=0)
-
-

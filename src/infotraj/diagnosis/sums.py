@@ -44,7 +44,13 @@ class Sums:
         """The sums of some columns."""
         c = np.asarray(columns, dtype=int)
         return Sums(
-            self.gram[:, :, c[:, None], c], self.right[:, :, c], self.square, self.rows, self.axes, self.fold, self.flight
+            self.gram[:, :, c[:, None], c],
+            self.right[:, :, c],
+            self.square,
+            self.rows,
+            self.axes,
+            self.fold,
+            self.flight,
         )
 
 

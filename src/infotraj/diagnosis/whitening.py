@@ -56,7 +56,9 @@ def estimate(residuals: list[Array], runs: list[NDArray], difference: bool, most
         coefficients, variance = _autoregression(filtered, runs, most)
         found = Whitener(gain, coefficients, _positive(variance, values))
         # The innovations' own variance decides: the filter has a unit leading coefficient, so its likelihood is that.
-        score = float(np.mean([np.mean(found.apply(v, r)[found.used(r)] ** 2) for v, r in zip(values, runs, strict=True)]))
+        score = float(
+            np.mean([np.mean(found.apply(v, r)[found.used(r)] ** 2) for v, r in zip(values, runs, strict=True)])
+        )
         score = np.log(found.deviation**2 * score)
         if best is None or score < best[0]:
             best = (score, found)
