@@ -17,7 +17,7 @@ from infotraj.diagnosis.noise import estimated
 from infotraj.diagnosis.observation import Member, Observation
 from infotraj.diagnosis.sensitivities import sensitivities
 from infotraj.effects import catalogue, effect_class
-from infotraj.errors import InputError, InfotrajError, UsageError, problem
+from infotraj.errors import InfotrajError, InputError, UsageError, problem
 from infotraj.flight import Flight
 from infotraj.models import Model
 
@@ -56,9 +56,8 @@ class Added:
             lines.append(f"{e.name}: {values}")
         for i, axis in enumerate(AXES):
             if self.before.rmse[i] == self.before.rmse[i]:
-                lines.append(
-                    f"{axis}: {self.before.rmse[i]:.4g} before, {self.after.rmse[i]:.4g} after, floor {self.after.floor[i]:.4g}"
-                )
+                after = f"{self.after.rmse[i]:.4g} after, floor {self.after.floor[i]:.4g}"
+                lines.append(f"{axis}: {self.before.rmse[i]:.4g} before, {after}")
         return "\n".join(lines) + "\n"
 
 

@@ -1,4 +1,4 @@
-"""What may be missing: every effect of the catalogue that these flights can show, with the points to linearise it at."""
+"""What may be missing: the effects of the catalogue that these flights can show, and where to linearise them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from infotraj.vehicle import Vehicle
 
 @dataclass(frozen=True)
 class Candidate:
-    """An effect that may be missing. `fixed`: values that are chosen, not fitted (which rotor); `form`: what is fitted."""
+    """An effect that may be missing. fixed: values chosen, not fitted (which rotor); form: what is fitted."""
 
     cls: type[Effect]
     form: tuple[Parameter, ...]

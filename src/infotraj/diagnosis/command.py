@@ -80,7 +80,10 @@ def diagnose_command(
         from infotraj.diagnosis.steps import steps
         from infotraj.plots.waterfall import waterfall
 
-        for path in waterfall(steps(found, seed=seed), figures):
+        fall = steps(found, seed=seed)
+        paths = [figures / "waterfall.pdf", figures / "waterfall.png"]
+        waterfall(fall.labels, fall.axes, fall.rmse, fall.low, fall.high, fall.floor, fall.unit, *paths)
+        for path in paths:
             _say(quiet, str(path))
     if recording is not None:
         from infotraj.comparing.equation_error import equation_error
@@ -95,9 +98,9 @@ def diagnose_command(
     if verbose:
         for line in found.search.trail:
             click.echo(line, err=True)
-    paths = " ".join(str(f.meta["source"]) for f in used)
+    named = " ".join(str(f.meta["source"]) for f in used)
     new = save_model if save_model is not None and found.supported else None
-    following = f"infotraj compare {new} {paths} --against {model}" if new else f"infotraj locate {model} {paths}"
+    following = f"infotraj compare {new} {named} --against {model}" if new else f"infotraj locate {model} {named}"
     _say(quiet, f"next: {following}")
 
 

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from infotraj.comparing.statistics import Statistics
-from infotraj.diagnosis import refusal, search as searching
+from infotraj.diagnosis import refusal
+from infotraj.diagnosis import search as searching
 from infotraj.diagnosis.candidates import Candidate, candidates, places
 from infotraj.diagnosis.evidence import Evidence, evidence, standard_errors
 from infotraj.diagnosis.fitting import Fit
@@ -163,7 +164,7 @@ def _without_tolerated(search: Search, whole: Fit) -> tuple[Fit, dict[str, str]]
     tolerated: dict[str, str] = {}
     while True:
         free = [(searching.rise_without(search, whole, m), m) for m in whole.members if not m.held]
-        for rise, m in sorted(free, key=lambda pair: pair[0]):
+        for _, m in sorted(free, key=lambda pair: pair[0]):
             if tolerable(search, whole, m):
                 tolerated[m.candidate.name] = "real, but ordinary tolerances of the vehicle file explain it"
                 whole = search.fitted([x for x in whole.members if x.candidate.label != m.candidate.label])

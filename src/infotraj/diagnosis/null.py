@@ -2,7 +2,7 @@
 
 A surrogate turns the sign of whole blocks of the whitened residual at random: noise keeps its colour and its size, and
 what depends on an effect the same way in all blocks is lost (Freedman and Lane 1983 permute residuals alike; the sign
-flip is Winkler et al. 2014, for errors that are symmetric but not exchangeable). Only S'r changes, so the sums are enough.
+flip is Winkler et al. 2014, for errors that are symmetric but not exchangeable). Only S'r changes: sums are enough.
 """
 
 from __future__ import annotations

@@ -29,15 +29,9 @@ def unanswered(after: Statistics) -> dict[str, str]:
     for i, axis in enumerate(AXES):
         far = np.isfinite(after.rmse[i]) and after.rmse[i] > _ABOVE_FLOOR * after.floor[i]
         if far and after.explained[i] < LEAST_EXPLAINED:
-            what = "force" if axis[0] == "f" else "torque"
-            found[axis] = (
-                (
-                    f"the prediction explains {max(after.explained[i], 0.0):.0%} of the measured {what} about {axis[1]}"
-                    if what == "torque"
-                    else f"the prediction explains {max(after.explained[i], 0.0):.0%} of the measured force along {axis[1]}"
-                )
-                + ": these data and this vehicle file do not belong together there (spin, order of the rotors, time stamps)"
-            )
+            what = f"force along {axis[1]}" if axis[0] == "f" else f"torque about {axis[1]}"
+            share = f"the prediction explains {max(after.explained[i], 0.0):.0%} of the measured {what}"
+            found[axis] = f"{share}: flights and vehicle file do not agree there (spin, order of rotors, time stamps)"
     return found
 
 

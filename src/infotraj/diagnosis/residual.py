@@ -1,9 +1,9 @@
 """What a flight measured minus what a model predicts, as samples whose noise can be whitened.
 
-force: measured minus predicted specific force, row by row. rate: change of the measured rate from sample to sample minus
-the integral of the predicted angular acceleration over the same time; its noise is the difference of two samples' noise,
-which the whitening knows. velocity: the same of the velocity, in place of `force` where no accelerometer was measured.
-turn and push: recorded attitude and velocity against the IMU, which show what is wrong with the IMU alone.
+force: measured minus predicted specific force, row by row. rate: change of the measured rate from sample to sample
+minus the integral of the predicted angular acceleration over the same time; its noise is the difference of two samples'
+noise, which the whitening knows. velocity: the same of the velocity, in place of `force` where no accelerometer was
+measured. turn and push: recorded attitude and velocity against the IMU, which show what is wrong with the IMU alone.
 """
 
 from __future__ import annotations

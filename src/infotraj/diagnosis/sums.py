@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -70,7 +71,7 @@ def block_sums(samples: Sequence[FlightSamples], noise: Noise, blocks: Blocks, j
             for i, axis in enumerate(channel.axes):
                 a = names.index(axis)
                 used = noise[channel.key][i].used(channel.run)
-                for start, stop in zip(edges[:-1], edges[1:], strict=True):
+                for start, stop in pairwise(edges):
                     part = x[start:stop, i]
                     outer = part.T @ part
                     b = block[start]

@@ -1,8 +1,8 @@
 """Whether ordinary tolerances of a vehicle explain what an effect explains: then it is real, but it does not matter.
 
-No vehicle file is right to the last digit: rotors differ by a per cent, an inertia by two, a time stamp by a fraction of
-a row. Minutes of data find each of these with certainty. So an effect counts as within tolerance when small changes of
-such numbers, together, leave no more error than the limit of what matters. The least of them is found by a prior of
+No vehicle file is right to the last digit: rotors differ by a per cent, an inertia by two, a time stamp by a fraction
+of a row. Minutes of data find each of these with certainty. So an effect counts as within tolerance when small changes
+of such numbers, together, leave no more error than the limit of what matters. The least of them is found by a prior of
 these standard deviations whose weight grows until the error rises by that limit (Tikhonov; Morozov's discrepancy
 principle, 1966).
 """
@@ -70,7 +70,7 @@ def whole_error(whole: Fit) -> np.ndarray:
 def least_tolerance(
     sums: Sums, found: Sensitivities, columns: list[int], deviation: np.ndarray, allowed: np.ndarray
 ) -> float:
-    """Least sum of squares, in standard deviations, with which the error of every axis stays as allowed; inf if none."""
+    """Least sum of squares, in standard deviations, that keeps the error of every axis as allowed; inf if none."""
     own = list(found.of_members)
     index = np.array(own + columns, dtype=int)
     prior = np.concatenate([np.zeros(len(own)), 1.0 / deviation**2])

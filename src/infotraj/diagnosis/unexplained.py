@@ -1,9 +1,9 @@
 """Whether structured error is left that no effect of the model explains, where it is, and what it goes with.
 
-What is left of the fitted model, ordinary tolerances taken off, is averaged over 50 ms and predicted on held-out flights
-from named quantities, from what the vehicle did in the last second, and from random features of the motion (a Gaussian
-process by its features). Turbulence and sensor noise cannot be predicted that way, whatever their colour; an effect that
-nobody listed can. Its size is judged as an effect's: by the rise of the whitened error that it makes.
+What is left of the fitted model, ordinary tolerances taken off, is averaged over 50 ms and predicted on held-out
+flights from named quantities, from what the vehicle did in the last second, and from random features of the motion (a
+Gaussian process by its features). Turbulence and sensor noise cannot be predicted so, whatever their colour; an effect
+that nobody listed can. Its size is judged as an effect's: by the rise of the whitened error that it makes.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Structure:
 
 @dataclass(frozen=True)
 class Unexplained:
-    """found: whether structured error is left that matters; axes: those on which it is, largest first; all: every axis."""
+    """found: whether structured error that matters is left; axes: where it is, largest first; every: all axes."""
 
     found: bool
     axes: tuple[Structure, ...]

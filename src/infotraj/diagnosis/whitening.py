@@ -1,8 +1,8 @@
 """Whitening: the same linear filter on a residual and on every sensitivity, so that what is left of the noise is white.
 
 A difference of noisy samples is filtered by the innovations of a local level model (Durbin and Koopman, "Time series
-analysis by state space methods", 2012, 2.2): the samples are level plus white noise, the level walks at random with what
-the model does not know. Its gain is 0 where only the sensor is noisy, and near 1 where the process dominates. An
+analysis by state space methods", 2012, 2.2): the samples are level plus white noise, the level walks at random with
+what the model does not know. Its gain is 0 where only the sensor is noisy, and near 1 where the process dominates. An
 autoregression by Yule and Walker takes what colour is left (sensor filters, turbulence), its order by AICc (Hurvich and
 Tsai 1989). Both restart with every run, whose first samples are left out.
 """
@@ -109,13 +109,10 @@ def _innovations(values, run, gain):
     out = np.empty((m, c))
     walk = gain * gain / max(1.0 - gain, 1e-6)
     steady = 0.5 * (walk + np.sqrt(walk * walk + 4.0 * walk))  # variance of the predicted level, noise 1
-    size, g = 1.0, 0.0
+    size, g, p = 1.0, 0.0, 1.0
     for k in range(m):
         new = k == 0 or run[k] != run[k - 1]
-        if new:
-            p = 1.0 + walk
-        else:
-            p = p * (1.0 - g) + walk
+        p = 1.0 + walk if new else p * (1.0 - g) + walk
         now = np.sqrt((steady + 1.0) / (p + 1.0))
         for j in range(c):
             carried = 0.0 if new else (1.0 - g) * out[k - 1, j] / size
