@@ -38,17 +38,26 @@ class Actuation:
     rotor_slope: Array
     tilt: Array
     tilt_slope: Array
+    _kept: dict[str, Any] = field(default_factory=dict, repr=False)
+
+    def keep(self, name: str, make: Callable[[], Any]) -> Any:
+        """What follows from the actuators alone, made once."""
+        if name not in self._kept:
+            self._kept[name] = make()
+        return self._kept[name]
 
 
 @dataclass(frozen=True)
 class OriginPath:
     """Specific force of the body's origin, m/s^2, world axes, from `start` to `stop` (s since the first row).
 
-    at(time (N,) s) gives it, (N, 3), between the recorded samples.
+    at(time (N,) s) gives it, (N, 3), between the recorded samples. first_speed (m/s): the origin's at the start, NaN
+    where the flight does not say.
     """
 
     start: float
     stop: float
+    first_speed: float
     at: Callable[[Array], Array]
 
 
@@ -96,17 +105,17 @@ class Along:
     @property
     def nominal_thrust(self) -> Array:
         """k_F w^2, or the polynomial of the throttle (N, rotors), N, without any effect."""
-        return self._keep("nominal_thrust", self._nominal_thrust)
+        return self.actuation.keep("nominal_thrust", self._nominal_thrust)
 
     @property
     def speed(self) -> Array:
         """Rotor speeds (N, rotors) rad/s; of a throttle rotor sqrt(T / k_F)."""
-        return self._keep("speed", lambda: self._speeds()[0])
+        return self.actuation.keep("speeds", self._speeds)[0]
 
     @property
     def speed_slope(self) -> Array:
         """Their rate of change (N, rotors) rad/s^2."""
-        return self._keep("speed_slope", lambda: self._speeds()[1])
+        return self.actuation.keep("speeds", self._speeds)[1]
 
     @property
     def position(self) -> Array:
@@ -144,7 +153,7 @@ class Along:
         return self._kept[name]
 
     def _frames(self) -> tuple[Array, Array]:
-        return self._keep("frames", lambda: rotor_frames(self.vehicle, self.tilt))
+        return self.actuation.keep("frames", lambda: rotor_frames(self.vehicle, self.tilt))
 
     def _nominal_thrust(self) -> Array:
         x = self.actuation.rotor

@@ -13,6 +13,7 @@ from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
 _STEP = 0.005  # s, at most; a hundredth of the period of the shortest cable in use
+_AT_REST = 0.1  # m/s
 _FIRST = 0.1  # s of specific force from which the first direction is taken
 
 
@@ -23,8 +24,9 @@ class SuspendedLoad(Effect):
     moves by q'' = -|q'|^2 q - (f - (q . f) q) / length, and the cable pulls the origin along q with
     mass x (length |q'|^2 - q . f): Sreenath, Lee and Kumar, "Geometric control and differential flatness of a quadrotor
     UAV with a cable-suspended load" (2013), eq. 1-2, with the origin's motion given. The load is integrated along the
-    recorded motion, and hangs at rest along the specific force in the flight's first row (the line through the first
-    0.1 s); its own pull on f is part of the prediction.
+    recorded motion; its own pull on f is part of the prediction. In the flight's first row it is at rest against the
+    origin: straight below it where the origin is at rest (below 0.1 m/s), else along the specific force there (of the
+    straight line through the first 0.1 s).
     """
 
     name = "suspended_load"
@@ -63,9 +65,12 @@ class SuspendedLoad(Effect):
         steps = max(2, math.ceil((path.stop - path.start) / _STEP))
         step = (path.stop - path.start) / steps
         force = path.at(path.start + 0.5 * step * np.arange(2 * steps + 1))
-        early = np.arange(0, max(2, round(_FIRST / step)) * 2 + 1)[: len(force)]
-        line = np.polynomial.polynomial.polyfit(early, force[early], 1)[0]
-        return path.start, step, _swing(force, step, self.length, -line / np.linalg.norm(line))
+        up = np.array([0.0, 0.0, 1.0])
+        if not path.first_speed < _AT_REST:
+            early = np.arange(0, max(2, round(_FIRST / step)) * 2 + 1)[: len(force)]
+            line = np.polynomial.polynomial.polyfit(early, force[early], 1)[0]
+            up = line / np.linalg.norm(line)
+        return path.start, step, _swing(force, step, self.length, -up)
 
 
 def _between(states: Array, place: Array, step: float) -> tuple[Array, Array]:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
-import inspect
 import os
 from collections.abc import Iterable
 from functools import lru_cache
@@ -119,9 +118,8 @@ def _of_packages() -> list[tuple[str, object]]:
 def _effects_in(source: object) -> list[type[Effect]]:
     if isinstance(source, type) and issubclass(source, Effect):
         return [source]
-    classes = [c for _, c in inspect.getmembers(source, inspect.isclass) if issubclass(c, Effect) and c is not Effect]
-    own = [c for c in classes if c.__module__ == getattr(source, "__name__", None) and hasattr(c, "name")]
-    return sorted(own, key=lambda c: inspect.getsourcelines(c)[1])
+    classes = [c for c in vars(source).values() if isinstance(c, type) and issubclass(c, Effect)]
+    return [c for c in classes if c.__module__ == getattr(source, "__name__", None) and hasattr(c, "name")]
 
 
 def _checked(cls: type[Effect], source: str) -> None:

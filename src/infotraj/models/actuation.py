@@ -20,19 +20,25 @@ from infotraj.rotations import Array
 
 
 def actuation(recorded: Recorded, law: ActuatorLaw, time: Array) -> Actuation:
-    """Rotor inputs and tilts at `time` (N,) s, increasing, in the flight's own time."""
+    """Rotors and tilts at `time` (N,) s, increasing, of the flight's clock."""
+    tilt, slope = tilts_at(recorded, law, time)
+    return Actuation(*rotors_at(recorded, law, time), tilt + law.tilt_bias, slope)
+
+
+def rotors_at(recorded: Recorded, law: ActuatorLaw, time: Array) -> tuple[Array, Array]:
+    """Rotor inputs and their slopes (N, rotors) at `time` (N,) s, increasing, of the flight's clock."""
+    if not recorded.rotor_commanded:
+        return _measured(recorded.rotor, time)
     none = np.zeros(recorded.rotor.values.shape[1])
-    if recorded.rotor_commanded:
-        unlimited = np.full(len(none), np.inf)
-        rotor = _respond(time, *_events(recorded.rotor, law.delay), law.rotor_time_constant, unlimited, none)
-    else:
-        rotor = _measured(recorded.rotor, time)
-    if recorded.tilt_commanded:
-        events = _events(recorded.tilt, law.delay)
-        tilt = _respond(time, *events, law.tilt_time_constant, law.tilt_max_rate, law.tilt_play)
-    else:
-        tilt = _measured(recorded.tilt, time)
-    return Actuation(rotor[0], rotor[1], tilt[0] + law.tilt_bias, tilt[1])
+    return _respond(time, *_events(recorded.rotor, law.delay), law.rotor_time_constant, none + np.inf, none)
+
+
+def tilts_at(recorded: Recorded, law: ActuatorLaw, time: Array) -> tuple[Array, Array]:
+    """Tilts without their bias, and their slopes (N, tilts), at `time` (N,) s, increasing, of the flight's clock."""
+    if not recorded.tilt_commanded:
+        return _measured(recorded.tilt, time)
+    events = _events(recorded.tilt, law.delay)
+    return _respond(time, *events, law.tilt_time_constant, law.tilt_max_rate, law.tilt_play)
 
 
 def _events(commands: Samples, delay: float) -> tuple[Array, Array]:
@@ -57,7 +63,8 @@ def _respond(time, event, command, tau, max_rate, play):
     since = min(event[0], time[0]) if count else event[0]
     e = 0
     for n in range(count):
-        while e < len(event) and event[e] < time[n]:
+        # A delayed command may fall on a row but for rounding: it acts after the row's sample.
+        while e < len(event) and event[e] < time[n] - 1e-9:
             for j in range(m):
                 x[j], _ = _moved(x[j], target[j], event[e] - since, tau[j], max_rate[j])
                 arm[j] = min(max(arm[j], x[j] - play[j]), x[j] + play[j])

@@ -35,6 +35,9 @@ def _interpolate(times, samples, at, widest):
         if x <= times[0] or x >= times[m - 1]:
             out[n] = samples[0] if x <= times[0] else samples[m - 1]
             continue
+        if x == times[k]:
+            out[n] = samples[k]
+            continue
         i = min(max(k - 1, 0), max(m - 4, 0))
         wide = m < 4
         if not wide:

@@ -17,7 +17,7 @@ from infotraj.models import body
 from infotraj.models.kinematics import kinematics
 from infotraj.models.prediction import AXES, Prediction
 from infotraj.models.prepared import Prepared, Segment
-from infotraj.models.rotor_wrench import forces_at_rotors, rotor_wrench
+from infotraj.models.rotor_wrench import forces_at_rotors
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
@@ -59,7 +59,7 @@ class Model:
         prepared = flight if isinstance(flight, Prepared) else Prepared(self.vehicle, flight)
         if prepared.vehicle != self.vehicle:
             raise UsageError(problem("a flight prepared for another vehicle", self.vehicle.name, "Prepare it again."))
-        self._check_channels(prepared.flight)
+        prepared.kept.get("channels", tuple(e.key for e in self._acting), lambda: self._check_channels(prepared.flight))
         law, imu, frame = self.actuator_law(), self.imu_law(), self.body_law()
         law_key, imu_key = self._key("actuators"), self._key("imu")
         found = [
@@ -71,9 +71,9 @@ class Model:
         return Prediction(
             prepared.recorded.t,
             *turned,
-            self._covered(prepared, imu, law),
-            self.testable(prepared.flight),
-            kinematics(prepared, imu),
+            prepared.kept.get("covered", (imu.delay, law.delay), lambda: self._covered(prepared, imu, law)),
+            prepared.kept.get("testable", None, lambda: self.testable(prepared.flight)),
+            prepared.kept.get("kinematics", imu_key, lambda: kinematics(prepared, imu)),
         )
 
     def testable(self, flight: Flight) -> dict[str, str | None]:
@@ -122,10 +122,10 @@ class Model:
 
     def _segment(self, prepared: Prepared, segment: Segment, along: Along, imu: ImuLaw, frame: BodyLaw):
         """Specific force, its mean, angular acceleration, its mean at the segment's rows, each (rows, 3)."""
-        line, kept = segment.line, prepared.kept
+        line, kept = segment.line, prepared.kept_of_segments
         base_key = (self._key("actuators"), self._key("imu"))
         thrust_key = (base_key, self._key("thrust_factor", "thrust_loss", "reaction_factor"))
-        thrust, total = kept.get(f"thrust {segment.start}", thrust_key, lambda: self._thrust(along))
+        thrust, total = kept.get(f"thrust {segment.start}", thrust_key, lambda: self._thrust(along, prepared))
         along = copy.copy(along)
         object.__setattr__(along, "thrust", thrust)
         for effect in self._with("wrench") + self._with("rotor_force"):
@@ -166,18 +166,17 @@ class Model:
                 result[i + 2] = result[i + 2] + spin_up[i]
         return result
 
-    def _thrust(self, along: Along) -> tuple[Array, Array]:
+    def _thrust(self, along: Along, prepared: Prepared) -> tuple[Array, Array]:
         """Thrust (N, rotors) after all factors and losses, and the rotors' wrench (N, 6)."""
         thrust = along.nominal_thrust
         for effect in self._with("thrust_factor"):
             thrust = thrust * effect.thrust_factor(along)
         for effect in self._with("thrust_loss"):
             thrust = thrust - effect.thrust_loss(along)
-        reaction = thrust * [-r.spin * r.moment_constant for r in self.vehicle.rotors]
+        ratio = np.array([-r.spin * r.moment_constant for r in self.vehicle.rotors])
         for effect in self._with("reaction_factor"):
-            reaction = reaction * effect.reaction_factor(along)
-        thrust, reaction = np.ascontiguousarray(thrust), np.ascontiguousarray(reaction)
-        return thrust, rotor_wrench(along.position, along.axis, thrust, reaction)
+            ratio = ratio * effect.reaction_factor(along)
+        return thrust, prepared.rotor_wrench(thrust, ratio, along.actuation)
 
     def _spin_up(self, line, momentum: Array, slope: Array, frame: BodyLaw) -> tuple[Array, Array]:
         """Angular acceleration by -dH/dt at the rows, and its mean over each step: the change of H, exactly."""

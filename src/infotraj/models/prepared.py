@@ -15,20 +15,21 @@ from infotraj import rotations
 from infotraj.effects.along import Actuation, Along, Motion, OriginPath
 from infotraj.effects.laws import ActuatorLaw, ImuLaw
 from infotraj.flight import Flight
-from infotraj.models.actuation import actuation
+from infotraj.models.actuation import rotors_at, tilts_at
 from infotraj.models.interpolation import interpolate
 from infotraj.models.recorded import Recorded, Samples, recorded
+from infotraj.models.rotor_wrench import RotorWrench
 from infotraj.models.timeline import Timeline, timeline
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
 T = TypeVar("T")
 SEGMENT = 4096  # rows evaluated at once, so that memory does not grow with the flight
-_KEPT_ROWS = 40_000  # results are kept for this many rows at each stage, whatever the number of flights
+_KEPT_ROWS = 40_000  # of a longer flight nothing is kept that grows with rotors and rows
 
 
 class Kept:
-    """The last few results of each stage by key."""
+    """The last few results of each stage by key; with `most` 0 none."""
 
     def __init__(self, most: int) -> None:
         self._most = most
@@ -63,9 +64,11 @@ class Prepared:
         self.vehicle = vehicle
         self.flight = flight
         self.recorded: Recorded = recorded(vehicle, flight)
+        self.rotor_wrench = RotorWrench(vehicle)
         self.start = float(self.recorded.t[0])
         rows = len(self.recorded.t)
         self.kept = Kept(max(2, min(6, _KEPT_ROWS // rows)))
+        self.kept_of_segments = Kept(min(6, _KEPT_ROWS // rows))
 
     def segments(self, imu_delay: float, command_delay: float) -> list[Segment]:
         """The rows in stretches, sampled `imu_delay` (s) before their time, commands acting `command_delay` later."""
@@ -75,38 +78,28 @@ class Prepared:
         """Motion and actuators at the segment's instants."""
 
         def make() -> Along:
-            motion = self.kept.get(
-                f"motion {segment.start}",
-                (segment.start, imu_key, law.delay),
-                lambda: self.motion(segment.line.time, imu),
-            )
-            actuators = self.kept.get(
-                f"actuators {segment.start}",
-                (imu.delay, law_key),
-                lambda: self._cut(segment, imu, law, law_key),
-            )
+            time, place = segment.line.time, (segment.start, imu.delay, law.delay)
+            pose = self.kept_of_segments.get(f"pose {segment.start}", place, lambda: self._pose(time))
+            rate = self.true_rate(imu)
+            attitude, height, velocity, battery = pose
+            motion = Motion(time - self.start, attitude, height, velocity, _at(rate, time), battery)
+            actuators = self._actuators(segment, imu, law)
             return Along(self.vehicle, motion, actuators, lambda key, fn: self._of_flight(key, imu, imu_key, fn))
 
-        return self.kept.get(f"along {segment.start}", (imu_key, law_key), make)
+        return self.kept_of_segments.get(f"along {segment.start}", (imu_key, law_key), make)
 
-    def motion(self, time: Array, imu: ImuLaw) -> Motion:
-        """Recorded motion at `time` (N,) s of the flight's clock, rates corrected for what the IMU law says."""
+    def _pose(self, time: Array) -> tuple[Array | None, ...]:
+        """Attitude, height, velocity in body axes and voltage at `time` (N,) s of the flight's clock."""
         r = self.recorded
-        attitude = None
+        attitude = height = velocity = None
         if r.attitude is not None:
             attitude = rotations.matrix(rotations.normalize(_at(r.attitude, time)))
-        velocity = None
         if r.velocity is not None and attitude is not None:
             velocity = np.einsum("nji,nj->ni", attitude, _at(r.velocity, time))
-        rate = self.true_rate(imu)
-        return Motion(
-            time - self.start,
-            attitude,
-            _at(r.position, time)[:, 2] if r.position is not None else None,
-            velocity,
-            _at(rate, time) if rate is not None else None,
-            _at(r.battery, time)[:, 0] if r.battery is not None else None,
-        )
+        if r.position is not None:
+            height = _at(Samples(r.position.times, r.position.values[:, 2:]), time)[:, 0]
+        battery = _at(r.battery, time)[:, 0] if r.battery is not None else None
+        return attitude, height, velocity, battery
 
     def true_rate(self, imu: ImuLaw) -> Samples | None:
         """The body's rates and when they were sampled, from the measured ones; derived ones as they are."""
@@ -141,9 +134,9 @@ class Prepared:
             world = np.gradient(r.velocity.values, times, axis=0) + up
         else:
             return None
-        return OriginPath(
-            times[0] - self.start, times[-1] - self.start, partial(interpolate, times - self.start, world)
-        )
+        speed = np.linalg.norm(r.velocity.values[:5].mean(axis=0)) if r.velocity is not None else np.nan
+        times = times - self.start
+        return OriginPath(float(times[0]), float(times[-1]), float(speed), partial(interpolate, times, world))
 
     def _of_flight(self, key: Hashable, imu: ImuLaw, imu_key: Hashable, make: Callable[[OriginPath], T]) -> T:
         return self.kept.get("of flight", (key, imu_key), lambda: make(self.origin_path(imu)))
@@ -159,21 +152,29 @@ class Prepared:
             found.append(Segment(start, stop, timeline(t[start:stop], jumps)))
         return found
 
-    def _cut(self, segment: Segment, imu: ImuLaw, law: ActuatorLaw, law_key: Hashable) -> Actuation:
-        segments = self.segments(imu.delay, law.delay)
-        if len(segments) == 1:
-            return actuation(self.recorded, law, segment.line.time)
+    def _actuators(self, segment: Segment, imu: ImuLaw, law: ActuatorLaw) -> Actuation:
+        """The part of the flight's actuators that belongs to the segment."""
+        r, segments = self.recorded, self.segments(imu.delay, law.delay)
 
-        def whole() -> list[Actuation]:
-            lines = [s.line.time for s in segments]
-            all_of_it = actuation(self.recorded, law, np.concatenate(lines))
-            ends = np.cumsum([0, *(len(line) for line in lines)])
-            names = ("rotor", "rotor_slope", "tilt", "tilt_slope")
-            return [Actuation(*(getattr(all_of_it, name)[a:b] for name in names)) for a, b in pairwise(ends)]
+        def over_flight(response: Callable[[Array], tuple[Array, Array]]) -> list[tuple[Array, Array]]:
+            values, slopes = response(np.concatenate([s.line.time for s in segments]))
+            ends = np.cumsum([0, *(len(s.line.time) for s in segments)])
+            return [(values[a:b], slopes[a:b]) for a, b in pairwise(ends)]
 
-        parts = self.kept.get("actuators of flight", (imu.delay, law_key), whole)
-        return parts[[s.start for s in segments].index(segment.start)]
+        times = (imu.delay, law.delay)
+        rotor_key = (*times, law.rotor_time_constant.tobytes())
+        rotor = self.kept.get("rotors", rotor_key, lambda: over_flight(partial(rotors_at, r, law)))
+        tilt_key = (*times, *(x.tobytes() for x in (law.tilt_time_constant, law.tilt_max_rate, law.tilt_play)))
+        tilt = self.kept.get("tilts", tilt_key, lambda: over_flight(partial(tilts_at, r, law)))
+        here = next(i for i, s in enumerate(segments) if s.start == segment.start)
+        return self.kept_of_segments.get(
+            f"actuators {segment.start}",
+            (rotor_key, tilt_key, law.tilt_bias.tobytes()),
+            lambda: Actuation(*rotor[here], tilt[here][0] + law.tilt_bias, tilt[here][1]),
+        )
 
 
-def _at(samples: Samples, time: Array) -> Array:
+def _at(samples: Samples | None, time: Array) -> Array | None:
+    if samples is None:
+        return None
     return interpolate(samples.times, samples.values, time)
