@@ -192,7 +192,7 @@ def _findings(search, whole, order, known, hidden, tolerated, left, refused, rng
                 out[f.name] = f
     instances: dict[str, list[dict]] = {}
     for m in whole.members:
-        instances.setdefault(m.candidate.name, []).append(m.effect.values)
+        instances.setdefault(m.candidate.name, []).append(_values(m))
     for name, values in instances.items():
         if len(values) > 1 and name in out:
             out[name] = replace(out[name], instances=tuple(values))
@@ -241,7 +241,7 @@ def _of_member(search, whole, m, order, chance, left, refused, wrong, errors, rn
         names = (m.candidate.name,)
     label = m.candidate.label
     if verdict != "Not separable":
-        return [Finding(m.candidate.name, verdict, names, e, m.effect.values, _numbers(m, errors[label]), reason)]
+        return [Finding(m.candidate.name, verdict, names, e, _values(m), _numbers(m, errors[label]), reason)]
     reason = _apart(names)
     made = []
     for other, fitted in zip(apart.members, apart.fits, strict=True):
@@ -258,7 +258,7 @@ def _of_member(search, whole, m, order, chance, left, refused, wrong, errors, rn
                 verdict,
                 names,
                 e if other is m else _in_place(search, out, fitted, chance, rng),
-                other.effect.values,
+                _values(other),
                 _numbers(other, own[other.candidate.label]),
                 reason,
             )
@@ -325,6 +325,12 @@ def _usual_rise(sums: Sums, found: Sensitivities, index: int) -> float:
         rise = np.einsum("aij,i,j->a", gram, column, column) / np.maximum(sums.rows.sum(axis=1), 1)
         best = max(best, float(rise.max()))
     return best
+
+
+def _values(m: Member) -> dict[str, Any]:
+    """What is fixed and what is fitted of a member, other forms of the effect left out."""
+    wanted = {*dict(m.candidate.fixed), *(p.name for p in m.candidate.form)}
+    return {k: v for k, v in m.effect.values.items() if k in wanted}
 
 
 def fitted_numbers(made: Fit, vehicle: Vehicle, widen: float = 1.0) -> list[dict[str, Any]]:

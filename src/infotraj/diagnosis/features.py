@@ -8,9 +8,9 @@ import numpy as np
 
 from infotraj import rotations
 from infotraj.diagnosis.residual import Channel, FlightSamples
-from infotraj.effects.laws import ImuLaw
 from infotraj.models import Prediction
 from infotraj.models.interpolation import interpolate
+from infotraj.models.recorded import Samples
 from infotraj.rotations import Array
 
 BIN = 0.05  # s: what is looked for is slower than this
@@ -39,34 +39,35 @@ def bins(samples: FlightSamples, channel: Channel) -> Bins:
 
 def named(samples: FlightSamples, prediction: Prediction, time: Array) -> dict[str, Array]:
     """Named quantities (N,) at `time` (s): motion, attitude, place, commands, predicted force, time since the start."""
-    prepared, flight = samples.prepared, samples.flight
-    motion = prepared.motion(time, ImuLaw.ideal())
+    r = samples.prepared.recorded
+
+    def at(channel: Samples) -> Array:
+        return interpolate(channel.times, channel.values, time)
+
     out: dict[str, Array] = {"1": np.ones(len(time))}
     force = interpolate(prediction.t, np.nan_to_num(prediction.specific_force), time)
     out |= {f"predicted f{a}": force[:, i] for i, a in enumerate("xyz")}
-    if motion.attitude is not None:
-        out |= {f"R{i + 1}{j + 1}": motion.attitude[:, i, j] for i in range(3) for j in range(3)}
-    if prepared.recorded.position is not None:
-        p = interpolate(prepared.recorded.position.times, prepared.recorded.position.values, time)
-        out |= {f"p{a}": p[:, i] for i, a in enumerate("xyz")}
-    if motion.velocity is not None:
-        v = motion.velocity
+    attitude = None
+    if r.attitude is not None:
+        attitude = rotations.matrix(rotations.normalize(at(r.attitude)))
+        out |= {f"R{i + 1}{j + 1}": attitude[:, i, j] for i in range(3) for j in range(3)}
+    if r.position is not None:
+        out |= {f"p{a}": x for a, x in zip("xyz", at(r.position).T, strict=True)}
+    if r.velocity is not None and attitude is not None:
+        v = np.einsum("nji,nj->ni", attitude, at(r.velocity))
         out |= {f"v{a} body": v[:, i] for i, a in enumerate("xyz")}
         out |= {f"|v{a}|v{a} body": np.abs(v[:, i]) * v[:, i] for i, a in enumerate("xyz")}
         out["|v|"] = np.linalg.norm(v, axis=1)
-    if motion.rate is not None:
-        w = motion.rate
+    if r.rate is not None:
+        w = at(r.rate)
         out |= {f"w{a}": w[:, i] for i, a in enumerate("xyz")}
         out |= {f"w{a}w{b}": w[:, i] * w[:, j] for i, a in enumerate("xyz") for j, b in enumerate("xyz") if i <= j}
-    rotor = prepared.recorded.rotor
-    speeds = interpolate(rotor.times, rotor.values, time)
-    out["mean rotor command"] = speeds.mean(axis=1)
-    tilt = prepared.recorded.tilt
-    for i, values in enumerate(interpolate(tilt.times, tilt.values, time).T):
+    out["mean rotor command"] = at(r.rotor).mean(axis=1)
+    for i, values in enumerate(at(r.tilt).T):
         out |= {f"sin tilt {i}": np.sin(values), f"cos tilt {i}": np.cos(values)}
-    if motion.battery is not None:
-        out["battery"] = motion.battery
-    out["t"] = time - flight.t[0]
+    if r.battery is not None:
+        out["battery"] = at(r.battery)[:, 0]
+    out["t"] = time - samples.flight.t[0]
     return {k: v for k, v in out.items() if np.isfinite(v).all()}
 
 
