@@ -14,6 +14,7 @@ from infotraj.errors import InfotrajError
 # A command's module is imported when the command is called: `infotraj --help` need not load numpy.
 COMMANDS = {
     "import": ("infotraj.importing.command:import_command", "Turn a log into a flight table."),
+    "check": ("infotraj.checking.command:check_command", "Does a log mean what it says?"),
     "compare": ("infotraj.comparing.command:compare_command", "Model against measurement."),
     "locate": ("infotraj.locating.command:locate_command", "Where a model fails."),
     "effects": ("infotraj.effects.command:effects_command", "The catalogue of physical effects."),
