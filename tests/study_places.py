@@ -1,6 +1,6 @@
 """How often `locate` names a place where there is none, and how often the right quantity first where there is one.
 
-usage: python tests/study_places.py [FLIGHTS A CASE] [SECONDS]
+usage: python tests/study_places.py [FLIGHTS A CASE] [SECONDS] [FIRST SEED]
 
 Flights of tests/fast_flyer.py: random smooth references, sensor noise of the specification, one hidden effect of usual
 size or none. Prints a Markdown table. Takes about 0.7 s a flight.
@@ -39,7 +39,7 @@ CASES = {
 }
 
 
-def main(flights: int = 20, seconds: float = 20.0) -> None:
+def main(flights: int = 20, seconds: float = 20.0, first_seed: int = 1000) -> None:
     print("| vehicle | hidden effect | flights | right quantity first | with a place | first groups named |")
     print("|---|---|---|---|---|---|")
     for vehicle, cases in CASES.items():
@@ -50,7 +50,7 @@ def main(flights: int = 20, seconds: float = 20.0) -> None:
             count = flights * (3 if name == "none" else 1)
             for seed in range(count):
                 hidden = {} if name == "none" else {name: size}
-                table = fast_flyer.fly(path, seconds, 1000 + seed, hidden, low=low)
+                table = fast_flyer.fly(path, seconds, first_seed + seed, hidden, low=low)
                 located = locate(model, [Flight(table)], rng=np.random.default_rng(seed))
                 first[located.places[0].group if located.places else "no place"] += 1
             hits = sum(first[g] for g in right) if right else first["no place"]
@@ -60,4 +60,4 @@ def main(flights: int = 20, seconds: float = 20.0) -> None:
 
 
 if __name__ == "__main__":
-    main(*(kind(a) for kind, a in zip((int, float), sys.argv[1:], strict=False)))
+    main(*(kind(a) for kind, a in zip((int, float, int), sys.argv[1:], strict=False)))
