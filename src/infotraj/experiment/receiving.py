@@ -18,7 +18,7 @@ _APART = 1.0  # m, mean distance to the reference beyond which it must have been
 def receive(*, folder: str | Path, name: str, reference: str | Path, flight: str | Path) -> None:
     """Takes the flight of FOLDER, checks it against its reference and writes its table to `flight`.
 
-    It is a flight table (NAME.parquet or .csv) or any log that can be imported (NAME.bag, .mcap, .ulg, a ROS 2 bag's folder
+    It is a flight table (NAME.parquet or .csv) or any log that can be imported (NAME.bag, .mcap, .ulg, a bag's folder
     NAME ...), with FOLDER/mapping.yaml where that is there and else the shipped mapping that fits.
 
     InputError, one line, says where to put the flight while it is not there, or what is wrong with it.
