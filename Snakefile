@@ -9,9 +9,13 @@ include: "workflow/rules/candidates.smk"
 include: "workflow/rules/learning.smk"
 include: "workflow/rules/evaluation.smk"
 include: "workflow/rules/correlation.smk"
+include: "workflow/rules/study.smk"
 include: "workflow/rules/pool.smk"
+include: "workflow/rules/real_names.smk"
+include: "workflow/rules/real_flights.smk"
 include: "workflow/rules/recordings.smk"
 include: "workflow/rules/figures.smk"
+include: "workflow/rules/publish.smk"
 
 
 rule all:

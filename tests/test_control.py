@@ -71,7 +71,7 @@ def test_feedback_turns_towards_the_reference_in_body_axes():
     state[3:7] = rotations.exp([0.1, 0.0, 0.0])
     out = np.empty(6)
     demand(Gains(), OMAV.gravity, OMAV.inertia_matrix(), 0.01, state, row, np.zeros(6), out)
-    assert out[3] == pytest.approx(-16.0 * 0.1, rel=1e-6)
+    assert out[3] == pytest.approx(-9.0 * 0.1, rel=1e-6)
     np.testing.assert_allclose(out[4:], 0.0, atol=1e-6)
 
 

@@ -11,7 +11,7 @@ from infotraj.control.gains import Gains
 from infotraj.informative import region
 from infotraj.informative.cost import Scorer
 from infotraj.informative.simulation import EstimateNoise, Simulator, _advance
-from infotraj.residual.draws import PosteriorDraws
+from infotraj.residual.draws import MarginalDraws, PosteriorDraws
 from infotraj.residual.gaussian_process import GaussianProcess
 from infotraj.residual.subset import k_medoids
 from infotraj.trajectories.tasks import figure_eight
@@ -117,3 +117,60 @@ def test_cost_falls_with_points_and_is_the_conditioned_variance():
     added = flights[0, 0][k_medoids(flights[0, 0], 5, own)]
     direct = process.condition(added, np.zeros((5, 3))).variance(where).sum() / 200
     assert few[0, 0] == pytest.approx(direct, rel=1e-8)
+
+
+def test_a_rollout_keeps_the_states_that_its_commands_belong_to():
+    process = a_process()
+    draws = PosteriorDraws.sample(process, np.random.default_rng(1), 2)
+    simulator = Simulator(OMAV, process)
+    commands, moved = simulator.rollout(TASK, draws, np.random.default_rng(0))
+    np.testing.assert_array_equal(commands, simulator.commands([TASK], draws, np.random.default_rng(0))[0])
+    np.testing.assert_array_equal(moved[:, 0], np.repeat([moved[0, 0]], 2, axis=0))  # both start on the task
+    np.testing.assert_allclose(moved[0, 0, :3], TASK.position[0])
+    assert rotations.angle_between(moved[:, :, 3:7], TASK.attitude).max() < 0.5
+    slope = np.gradient(moved[0, :, 10], TASK.dt)[5:-5]
+    achieved = (commands[0] + np.concatenate([np.zeros((len(TASK.t), 3)), draws(commands)[0]], axis=1))[5:-5, 3]
+    assert np.abs(slope - achieved).mean() < 0.1 * np.abs(achieved).mean() + 0.05
+
+
+def test_fresh_marginal_draws_shake_the_commands_more_than_one_consistent_function():
+    """White residuals average out over a flight, so the mean command keeps closer to that of mu alone, while neighbours
+    in time differ more: the two readings of eq. 12."""
+    process = a_process(noise=0.5)
+    simulator = Simulator(OMAV, process)
+    one = simulator.commands(
+        [TASK], PosteriorDraws.sample(process, np.random.default_rng(1), 20), np.random.default_rng(0)
+    )
+    fresh = simulator.commands([TASK], MarginalDraws(process, np.random.default_rng(1), 20), np.random.default_rng(0))
+
+    def roughness(commands):
+        return np.abs(np.diff(commands[0, :, 50:, 3:], axis=1)).mean()
+
+    assert roughness(fresh) > 1.1 * roughness(one)
+    assert fresh[0].mean(axis=1).std(axis=0)[3:].sum() < one[0].mean(axis=1).std(axis=0)[3:].sum()
+
+
+def test_a_shaken_flight_counts_less_and_nothing_changes_without_a_response_time():
+    """The same inputs in another order: only their rate differs, so only the rate's noise can tell them apart."""
+    process, rng = a_process(), np.random.default_rng(6)
+    calm = np.sort(rng.uniform(-4, 4, (1, 1, 400, 6)), axis=2) + np.array([0, 0, 9, 0, 0, 0])
+    flights = np.concatenate([calm, calm[:, :, rng.permutation(400)]])
+    where = calm[0, 0, ::4]
+    plain = Scorer((process,), where, 400).costs(flights, np.random.default_rng(0))[:, 0]
+    aware = Scorer((process,), where, 400, response_time=0.02, period=0.05).costs(flights, np.random.default_rng(0))[
+        :, 0
+    ]
+    assert plain[1] == pytest.approx(plain[0], rel=1e-6)
+    assert aware[0] > plain[0]
+    assert aware[1] > 1.5 * aware[0]
+    rate = np.gradient(flights[:, 0, :, 3:], 0.05, axis=1)
+    noise = 0.02**2 * (rate**2).sum(axis=-1).mean(axis=-1)
+    heavy = GaussianProcess(
+        process.X, process.Y, process.lengthscales, process.signal_variance, process.noise_variance, process.prior_mean
+    )
+    K = [heavy.covariance(np.concatenate([flights[1, 0], where]))[o] for o in range(3)]
+    left = 0.0
+    for o in range(3):
+        S = K[o][:400, :400] + (process.noise_variance[o] + noise[1]) * np.eye(400)
+        left += np.trace(K[o][400:, 400:] - K[o][400:, :400] @ np.linalg.solve(S, K[o][:400, 400:]))
+    assert aware[1] == pytest.approx(left / len(where), rel=1e-6)

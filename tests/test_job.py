@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from writers_bag import write_bag2
 
 from infotraj import rotations
 from infotraj.errors import InputError
@@ -94,6 +95,19 @@ def take(tmp_path: Path, asked: Path) -> Path:
 def test_a_delivered_flight_is_taken(tmp_path, asked, suffix):
     flown(tmp_path / "flights" / f"prior{suffix}")
     assert len(read_flight(take(tmp_path, asked)).table) == 600
+
+
+def test_a_log_is_taken_like_a_table(tmp_path, asked):
+    """A ROS 2 bag with pose, rate and actuator commands, and none of our own columns."""
+    t = np.arange(0.0, 6.0, 0.01)
+    zero = dict.fromkeys((*POSITION, "vx", "vy", "vz", *RATE, "ax", "ay"), np.zeros(len(t)))
+    columns = zero | {"qw": np.ones(len(t)), "qx": 0 * t, "qy": 0 * t, "qz": 0 * t, "az": 9.81 + 0 * t}
+    columns |= {f"cmd_rotor_{i}": 677.0 + 0 * t for i in range(12)} | {f"cmd_tilt_{i}": 0 * t for i in range(6)}
+    (tmp_path / "flights").mkdir()
+    write_bag2(Flight(pd.DataFrame({"t": t, **columns}).assign(pz=1.5)), tmp_path / "flights" / "prior")
+    taken = read_flight(take(tmp_path, asked))
+    assert len(taken.table) >= 595
+    np.testing.assert_allclose(taken.get("cmd_rotor_3")[10:-10], 677.0)
 
 
 def test_a_flight_that_is_not_there_is_asked_for_by_name(tmp_path, asked):

@@ -22,6 +22,7 @@ PRIOR = f"prior_{CONFIG.prior_points}"
 # modified task). Files carry the points added in their round, tables the points in all.
 START = ["task/none", "modified/none", f"task/{PRIOR}"]
 MODELS = [f"{source}_plus{added}" for source in SOURCES for added in CONFIG.added_points]
+POOL = ["results/pool/summary.md", "results/figures/figure_pool.pdf"]
 HAS_POOL = location.find_dataset("nanobench", CONFIG.data_dir) is not None
 # The run whose flights Fig. 3 and 5 show: the first plant and seed, fixed before any was looked at.
 SHOWN = f"results/{PLANTS[0]}/seed{SEEDS[0]}/round1"
@@ -46,7 +47,11 @@ def flight(name):
     """The flight table of a run: flown by the plant or put there by you, as `execution` says."""
     return branch(
         lookup(dpath="execution", within=config),
-        cases={"plant": f"{RUN}/flown/{name}.parquet", "log": f"{RUN}/received/{name}.parquet"},
+        cases={
+            "plant": f"{RUN}/flown/{name}.parquet",
+            "log": f"{RUN}/received/{name}.parquet",
+            "pool": f"{RUN}/flown/{name}.parquet",  # never asked for: the pool has a chain of its own
+        },
     )
 
 
@@ -82,6 +87,8 @@ def recorded():
     for round in ROUNDS:
         for source in SOURCES:
             shown[f"{RUN}/{folder}/{source}_{round}.parquet"] = start_model(RUN, source, round)
+        one = f"{RUN}/round{round}"
+        shown[f"{one}/rollout.parquet"] = start_model(RUN, "informative", round)
     if not OWN_VEHICLE:
         shown |= {f"{RUN}/validation/{key}.parquet": f"{RUN}/prior.npz" for key in START}
         for round in ROUNDS:
@@ -105,12 +112,17 @@ def in_all(name, round):
 
 def results():
     """What is made when nothing else is asked for; what needs absent data is left out with a line."""
+    if CONFIG.execution == "pool":
+        if not HAS_POOL:
+            print(location.how_to_get("nanobench"), file=sys.stderr)
+            sys.exit(1)
+        return POOL
     wanted = ["results/prediction.csv", *every_run(f"{RUN}/round{{round}}/figure_costs.pdf", round=ROUNDS)]
     wanted += every_run([recording(flight) for flight in recorded()])
     if not OWN_VEHICLE:
         wanted += [*FIGURES, "results/table_1.md", "results/claims.md"]
     if HAS_POOL:
-        wanted += ["results/pool/summary.md", "results/figures/figure_pool.pdf"]
+        wanted += POOL
     else:
         print(f"Skipped: {location.how_to_get('nanobench')}", file=sys.stderr)
     return wanted

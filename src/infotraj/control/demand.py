@@ -66,12 +66,13 @@ def demand(gains, gravity, inertia, period, state, reference, integral, out):
     rate, acceleration = np.empty(3), np.empty(3)
     rotate_into(back, reference[10:13], rate)
     rotate_into(back, reference[16:19], acceleration)
-    for i in range(3):
+    for i in range(2):
         feedback[3 + i] = (
             gains.attitude_p * stretch * turn[1 + i]
             + gains.attitude_d * (rate[i] - w[i])
             + gains.attitude_i * integral[3 + i]
         )
+    feedback[5] = gains.yaw_p * stretch * turn[3] + gains.yaw_d * (rate[2] - w[2]) + gains.yaw_i * integral[5]
     limited = limit_norm(feedback, 0, gains.max_feedback_acceleration)
     limited_turn = limit_norm(feedback, 3, gains.max_feedback_angular_acceleration)
     for i in range(3):

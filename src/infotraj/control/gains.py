@@ -8,16 +8,21 @@ from typing import NamedTuple
 class Gains(NamedTuple):
     """PID gains (per unit error, so that the action is an acceleration) and the limits of what is demanded.
 
-    position: 1/s^2, 1/s, 1/s^3; attitude: 1/s^2, 1/s, 1/s^3; limits: m/s^2 and rad/s^2. The defaults place the
-    position loop at 1.7 rad/s and the attitude loop at 4 rad/s, well below the servo's 17 rad/s.
+    position, attitude, yaw: 1/s^2, 1/s, 1/s^3; limits: m/s^2 and rad/s^2. A residual model that is wrong in its slope
+    multiplies the loop gain (by four, where it took the feedback that held a steady disturbance for an actuator that
+    delivers a quarter), so the loops are placed low: roll and pitch, which the rotors drive (lags of 12.5 to 25 ms),
+    cross at about 5 rad/s; yaw and the lateral forces wait for the tilts (a servo of 17 rad/s) and cross at about 3.
     """
 
-    position_p: float = 3.0
-    position_d: float = 3.0
+    position_p: float = 2.0
+    position_d: float = 2.5
     position_i: float = 0.4
-    attitude_p: float = 16.0
-    attitude_d: float = 8.0
-    attitude_i: float = 4.0
+    attitude_p: float = 9.0
+    attitude_d: float = 5.0
+    attitude_i: float = 3.0
+    yaw_p: float = 3.0
+    yaw_d: float = 3.0
+    yaw_i: float = 1.0
     max_feedback_acceleration: float = 6.0
     max_feedback_angular_acceleration: float = 12.0
     max_specific_force: float = 20.0

@@ -46,7 +46,10 @@ class Deviations(_Strict):
     max_acceleration: Positive = Field(5.0, description="greatest amplitude of a term, rad/s^2")
     min_frequency: Positive = Field(0.1, description="Hz")
     max_frequency: Positive = Field(2.0, description="Hz, the paper's bound")
-    max_angle_deg: Positive = Field(30.0, description="greatest deviation an axis, deg")
+    max_angle_deg: Positive = Field(25.0, description="greatest deviation an axis, deg")
+    max_jerk: Positive = Field(
+        8.0, description="greatest rate of the deviation's angular acceleration an axis, rad/s^3 (inf: no limit)"
+    )
     terms: Count = Field(2, description="P of eq. 17")
 
 
@@ -64,7 +67,7 @@ class Learning(_Strict):
         description="spread that the prior expects of the inputs, m/s^2 and rad/s^2 (half the weight; what attitude "
         "control asks for); null: the spread of the data, which misjudges an input that the flight hardly moved",
     )
-    restarts: Annotated[int, Field(ge=0)] = Field(2, description="further starts of the hyperparameter search")
+    restarts: Annotated[int, Field(ge=0)] = Field(1, description="further starts of the hyperparameter search")
 
 
 class Selection(_Strict):
@@ -79,6 +82,11 @@ class Selection(_Strict):
     task_draws: Count = Field(10, description="simulations of the task that span the region (M of eq. 14)")
     epsilon: Positive | None = Field(None, description="m/s^2 and rad/s^2; null: from simulation, as in Sec. V-A")
     hyperparameter_samples: Count = Field(1, description="models, from the hyperparameters' posterior, to average over")
+    response_time: NotNegative = Field(
+        0.02,
+        description="s, by which the declared response of the actuators may be off: the noise that the rate of a "
+        "candidate's torque brings. As long as the declared lags themselves; 0 is the paper's cost",
+    )
     estimate_noise: tuple[NotNegative, NotNegative, NotNegative, NotNegative] = Field(
         (0.001, 0.002, 0.01, 0.01), description="white error of the simulated estimate: m, rad, m/s, rad/s"
     )
@@ -106,7 +114,9 @@ class ExperimentConfig(_Strict):
     )
     seeds: Count = Field(10, description="repetitions on each plant; a seed varies noise, draws and candidates")
     base_seed: Annotated[int, Field(ge=0)] = Field(0, description="from which every seed is derived")
-    execution: Literal["plant", "log"] = Field("plant", description="who flies: the MuJoCo plant, or you")
+    execution: Literal["plant", "log", "pool"] = Field(
+        "plant", description="who flies: the MuJoCo plant; you (log); pool: recorded real flights alone, none is flown"
+    )
     flights: str = Field("flights", description="with `execution: log`, the folder where flight tables are put")
     iterations: Count = Field(1, description="how often an informative flight is chosen, flown and learned")
     sample_time: Positive = Field(0.01, description="s, period of the controller and of references")

@@ -1,4 +1,4 @@
-"""Execution by a vehicle of your own: the workflow hands out a reference and waits for the flight table."""
+"""Execution by a vehicle of your own: the workflow hands out a reference and waits for its flight table or log."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from infotraj.errors import InputError, problem
-from infotraj.experiment.delivery import delivered
+from infotraj.experiment.delivery import MAPPING, TABLES, delivered
 from infotraj.flight import COMMANDED_WRENCH, POSITION, RATE, Flight, read_flight
 from infotraj.trajectories.reference import Reference, read_reference
 
@@ -16,7 +16,10 @@ _APART = 1.0  # m, mean distance to the reference beyond which it must have been
 
 
 def receive(*, folder: str | Path, name: str, reference: str | Path, flight: str | Path) -> None:
-    """Takes the flight table FOLDER/NAME.parquet or .csv, checks it against its reference and writes it to `flight`.
+    """Takes the flight of FOLDER, checks it against its reference and writes its table to `flight`.
+
+    It is a flight table (NAME.parquet or .csv) or any log that can be imported (NAME.bag, .mcap, .ulg, a bag's folder
+    NAME ...), with FOLDER/mapping.yaml where that is there and else the shipped mapping that fits.
 
     InputError, one line, says where to put the flight while it is not there, or what is wrong with it.
     """
@@ -26,17 +29,27 @@ def receive(*, folder: str | Path, name: str, reference: str | Path, flight: str
         raise InputError(
             problem(
                 f"{reference}: {state}",
-                f"its flight table as {Path(folder) / name}.parquet or .csv",
-                "Fly the reference, put the table there and run the same command again.",
+                f"its flight table as {Path(folder) / name}.parquet or .csv, or its log under that name",
+                "Fly the reference, put the flight there and run the same command again.",
             )
         )
-    table = read_flight(found[0])
+    table = _read(Path(found[0]), Path(folder) / MAPPING)
     _check(table, read_reference(reference), found[0], reference)
     table.write(flight)
 
 
+def _read(path: Path, mapping: Path) -> Flight:
+    if path.suffix in TABLES and not mapping.is_file():
+        return read_flight(path)
+    from infotraj.importing import import_log, load_mapping  # late: rosbags, pyulog
+
+    return import_log(path, load_mapping(str(mapping)) if mapping.is_file() else None)
+
+
 def _check(flight: Flight, asked: Reference, source: str, reference: str | Path) -> None:
-    flight.get(*POSITION, *RATE, *COMMANDED_WRENCH)
+    # a log of actuator commands alone will do: the declared response makes the wrench from them
+    commands = () if flight.has("cmd_rotor_0") and not flight.has(*COMMANDED_WRENCH) else COMMANDED_WRENCH
+    flight.get(*POSITION, *RATE, *commands)
     lasts, wanted = flight.t[-1] - flight.t[0], asked.t[-1] - asked.t[0]
     if lasts < _COVERED * wanted:
         raise InputError(

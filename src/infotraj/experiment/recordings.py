@@ -1,4 +1,4 @@
-"""Recordings of a run's flights, each with what a learned model says along it."""
+"""Recordings of a run's flights and rollouts, each with what a learned model says along it."""
 
 from __future__ import annotations
 
@@ -22,5 +22,6 @@ def record(
     for flown, model, path in zip(flights, models, recordings, strict=True):
         flight = read_flight(flown)
         data = learning_data(flight, vehicle, response_of_model=learning.response_of_model, window=learning.window)
-        record_flight(path, flight, vehicle, gp=GaussianProcess.load(model), data=data)
+        rollout = bool(flight.meta.get("simulated"))
+        record_flight(path, flight, vehicle, gp=GaussianProcess.load(model), data=data, rollout=rollout)
         print(path, flush=True)

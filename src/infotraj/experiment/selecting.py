@@ -61,6 +61,7 @@ def sample_candidates(
         settings.max_frequency,
         np.radians(settings.max_angle_deg),
         settings.terms,
+        settings.max_jerk,
     )
     allocation = Allocation(vehicle)
     return [deviate(task, within_limits(task, space.sample(rng), allocation)) for _ in range(count)]
@@ -92,7 +93,8 @@ def score(
             )
         )
     )
-    costs = Scorer(models, points_of_region, points, threads).costs(commands[:, : settings.draws], rng)
+    scorer = Scorer(models, points_of_region, points, threads, settings.response_time, task.dt)
+    costs = scorer.costs(commands[:, : settings.draws], rng)
     return Scored(references, commands, costs, points_of_region, radius)
 
 

@@ -18,8 +18,8 @@ from infotraj.control.gains import Gains
 from infotraj.control.inversion import invert
 from infotraj.control.tracking import no_residual, states
 from infotraj.dynamics import rigid_body
-from infotraj.residual.compiled import draw_value
-from infotraj.residual.draws import PosteriorDraws
+from infotraj.residual.compiled import draw_value, marginal_value
+from infotraj.residual.draws import MarginalDraws, PosteriorDraws
 from infotraj.residual.gaussian_process import GaussianProcess
 from infotraj.rotations import Array
 from infotraj.trajectories.reference import Reference
@@ -55,28 +55,63 @@ class Simulator:
         self._noise = noise or EstimateNoise()
         self._threads = threads
 
-    def commands(self, references: list[Reference], draws: PosteriorDraws, rng: np.random.Generator) -> Array:
+    def commands(
+        self, references: list[Reference], draws: PosteriorDraws | MarginalDraws, rng: np.random.Generator
+    ) -> Array:
         """Commanded wrenches, scaled by mass and inertia (m/s^2, rad/s^2): (references, draws, n, 6).
 
         The references share one time grid of n samples. The noise of draw k is the same for every reference, so that
         candidates differ by what they are and not by their luck.
         """
+        return self._simulate(references, draws, rng, keep_states=False)[0]
+
+    def rollout(self, reference: Reference, draws: PosteriorDraws, rng: np.random.Generator) -> tuple[Array, Array]:
+        """Commands (draws, n, 6) and states (draws, n, 13) of one reference: position, attitude, velocity, rate."""
+        commands, moved = self._simulate([reference], draws, rng, keep_states=True)
+        return commands[0], moved[0]
+
+    def _simulate(
+        self,
+        references: list[Reference],
+        draws: PosteriorDraws | MarginalDraws,
+        rng: np.random.Generator,
+        keep_states: bool,
+    ) -> tuple[Array, Array]:
         count, samples = draws.count, len(references[0].t)
         spread = np.repeat(np.asarray(self._noise, dtype=np.float32), 3)
         noise = spread * rng.standard_normal((count, samples, 12), dtype=np.float32)
         rows = [states(reference) for reference in references]
         out = np.empty((len(references), count, samples, 6))
+        moved = np.empty((len(references), count, samples if keep_states else 0, 13))
         jobs = [(i, k) for i in range(len(references)) for k in range(count)]
         inertia = self._vehicle.inertia_matrix()
         inverse = np.linalg.inv(inertia)
         scale = rigid_body.scale(self._vehicle)
         gains, gravity, process = self._gains, self._vehicle.gravity, self._process.mean_arrays
-        arrays = [draws.one(k) for k in range(count)]
         period = references[0].dt
+        if isinstance(draws, PosteriorDraws):
+            step, arrays = _rollout, [draws.one(k) for k in range(count)]
+        else:
+            fresh = draws.rng.standard_normal((count, samples, 3))
+            own = draws.gp.mean_arrays
+            step, arrays = _marginal_rollout, [(*own, draws.gp.L, fresh[k]) for k in range(count)]
 
         def run(job: tuple[int, int]) -> None:
             i, k = job
-            _rollout(gains, gravity, inertia, inverse, scale, period, rows[i], noise[k], process, arrays[k], out[i, k])
+            step(
+                gains,
+                gravity,
+                inertia,
+                inverse,
+                scale,
+                period,
+                rows[i],
+                noise[k],
+                process,
+                arrays[k],
+                out[i, k],
+                moved[i, k],
+            )
 
         if self._threads == 1:
             for job in jobs:
@@ -85,24 +120,45 @@ class Simulator:
             run(jobs[0])
             with ThreadPoolExecutor(self._threads) as pool:
                 list(pool.map(run, jobs[1:], chunksize=4))
-        return out
+        return out, moved
 
 
 @njit(cache=True, nogil=True)
-def _rollout(gains, gravity, inertia, inverse, scale, period, reference, noise, process, draw, out):
+def _rollout(gains, gravity, inertia, inverse, scale, period, reference, noise, process, draw, out, moved):
     state = reference[0, :13].copy()
-    estimate = np.empty(13)
-    integral, correction = np.zeros(6), np.zeros(3)
-    wanted, command = np.empty(6), np.empty(6)
+    memory = np.zeros(9)
     residual = np.empty(3)
     frequencies, phases, amplitudes, update, points, weights, variance, mean = draw
     for k in range(reference.shape[0]):
-        _observe(state, noise[k], estimate)
-        demand(gains, gravity, inertia, period, estimate, reference[k], integral, wanted)
-        invert(wanted, process, gains.max_correction, correction, command)
-        out[k] = command
-        draw_value(command, frequencies, phases, amplitudes, update, points, weights, variance, mean, residual)
-        _advance(state, command, residual, gravity, inertia, inverse, scale, period)
+        if moved.shape[0]:
+            moved[k] = state
+        _command(gains, gravity, inertia, period, state, reference[k], noise[k], process, memory, out[k])
+        draw_value(out[k], frequencies, phases, amplitudes, update, points, weights, variance, mean, residual)
+        _advance(state, out[k], residual, gravity, inertia, inverse, scale, period)
+
+
+@njit(cache=True, nogil=True)
+def _marginal_rollout(gains, gravity, inertia, inverse, scale, period, reference, noise, process, draw, out, moved):
+    state = reference[0, :13].copy()
+    memory = np.zeros(9)
+    residual = np.empty(3)
+    points, alpha, weights, variance, mean, factor, normal = draw
+    scratch = np.empty(points.shape[1])
+    for k in range(reference.shape[0]):
+        if moved.shape[0]:
+            moved[k] = state
+        _command(gains, gravity, inertia, period, state, reference[k], noise[k], process, memory, out[k])
+        marginal_value(out[k], points, alpha, factor, weights, variance, mean, normal[k], scratch, residual)
+        _advance(state, out[k], residual, gravity, inertia, inverse, scale, period)
+
+
+@njit(cache=True, nogil=True)
+def _command(gains, gravity, inertia, period, state, reference, noise, process, memory, out):
+    """The controller's command for a noisy estimate; memory holds its integrals (6) and last correction (3)."""
+    estimate, wanted = np.empty(13), np.empty(6)
+    _observe(state, noise, estimate)
+    demand(gains, gravity, inertia, period, estimate, reference, memory[:6], wanted)
+    invert(wanted, process, gains.max_correction, memory[6:], out)
 
 
 @njit(cache=True, nogil=True)

@@ -116,4 +116,4 @@ def _describe(axes: Axes, plant: str, correlations: pd.Series) -> None:
             f"\nSpearman: median {correlations.median():.2f}, "
             f"{correlations.min():.2f} to {correlations.max():.2f}\nover {len(correlations)} seeds"
         )
-    axes.set_title(title, linespacing=0.85)
+    axes.set_title(title, linespacing=1.1)

@@ -42,19 +42,25 @@ class Deviation:
 
 @dataclass(frozen=True)
 class DeviationSpace:
-    """The set O_x of eq. 18: what deviations may be sampled. Units: rad/s^2, Hz, rad; `terms` is P."""
+    """The set O_x of eq. 18: what deviations may be sampled. Units: rad/s^2, Hz, rad, rad/s^3; `terms` is P.
+
+    The jerk matters because the residual is learned as a function of the command alone: what the actuators do
+    dynamically, beyond their declared lags, is noise to it, and that noise grows with the rate of the torque.
+    """
 
     max_acceleration: float
     min_frequency: float
     max_frequency: float
     max_angle: float
     terms: int = 2
+    max_jerk: float = np.inf
 
     def sample(self, rng: np.random.Generator) -> Deviation:
-        """One deviation, uniform in amplitude and frequency; a slow term's angle is kept below max_angle / P."""
+        """One deviation, uniform in frequency and in amplitude up to what acceleration, angle and jerk allow a term."""
         shape = (3, self.terms)
         frequency = rng.uniform(self.min_frequency, self.max_frequency, shape)
-        limit = np.minimum(self.max_acceleration, self.max_angle / self.terms * (2 * np.pi * frequency) ** 2)
+        w = 2 * np.pi * frequency
+        limit = np.minimum(self.max_acceleration, np.minimum(self.max_angle * w**2, self.max_jerk / w) / self.terms)
         return Deviation(rng.uniform(-1.0, 1.0, shape) * limit, frequency)
 
 

@@ -1,0 +1,67 @@
+"""The command line: `infotraj COMMAND ...`. Each command lives beside what it calls; here they get one front door."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+
+import click
+
+from infotraj import __version__
+from infotraj.errors import InfotrajError
+
+# A command's module is imported when the command is called: `infotraj --help` need not load numpy.
+COMMANDS = {
+    "import": ("infotraj.importing.command:import_command", "Turn a log into a flight table."),
+    "check": ("infotraj.checking.command:check_command", "Does a log mean what it says?"),
+    "compare": ("infotraj.comparing.command:compare_command", "Model against measurement."),
+    "locate": ("infotraj.locating.command:locate_command", "Where a model fails."),
+    "diagnose": ("infotraj.diagnosis.command:diagnose_command", "Which physical effect a model lacks."),
+    "add": ("infotraj.diagnosis.command:add_command", "Add effects to a model, fitted to flights."),
+    "history": ("infotraj.diagnosis.command:history_command", "How the error fell, version by version."),
+    "effects": ("infotraj.effects.command:effects_command", "The catalogue of physical effects."),
+    "data": ("infotraj.datasets.command:data_command", "Get or list public data sets."),
+}
+
+
+class _Commands(click.Group):
+    """The commands of COMMANDS, loaded late, with errors told in one line."""
+
+    def list_commands(self, context: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, context: click.Context, name: str) -> click.Command | None:
+        if name not in COMMANDS:
+            return None
+        module, _, attribute = COMMANDS[name][0].partition(":")
+        return getattr(importlib.import_module(module), attribute)
+
+    def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, text) for name, (_, text) in COMMANDS.items()])
+
+
+@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120})
+@click.version_option(__version__, prog_name="infotraj")
+def cli() -> None:
+    """Finds out what is missing in a robot's model, and collects the flights that teach it."""
+
+
+def main() -> None:
+    """Runs the command line. Exit status: 0 done, 1 failed, 2 usage, 3 a log was rejected, 4 a threshold was passed."""
+    # Small matrices are slower with several BLAS threads; a user's own setting wins.
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
+    try:
+        cli(prog_name="infotraj")
+    except InfotrajError as error:
+        click.echo(f"error: {error}", err=True)
+        sys.exit(error.exit_status)
+    except BrokenPipeError:  # the reader of our output has gone, as in `infotraj ... | head`
+        sys.stdout = None
+        sys.exit(1)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,123 @@
+"""`infotraj compare`: model against measurement."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+
+from infotraj.errors import InputError, UsageError, problem
+
+THRESHOLD_PASSED = 4
+
+
+@click.command("compare")
+@click.argument("model", type=click.Path(path_type=Path))
+@click.argument("flights", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="FLIGHT...")
+@click.option("--against", multiple=True, type=click.Path(path_type=Path), help="Another model; may stand repeatedly.")
+@click.option("--horizons", help="Rollouts: steps or seconds, such as 1,10,0.5s.")
+@click.option("--window", type=click.FloatRange(min=0, min_open=True), help="Of the filter, s; default 0.15.")
+@click.option(
+    "--force-from",
+    type=click.Choice(["auto", "accelerometer", "velocity"]),
+    default="auto",
+    help="What the force is measured with; auto: the accelerometer where there is one.",
+)
+@click.option("--fail-above", help="Exit status 4 above force=N,torque=NM (RMSE of the worst axis).")
+@click.option("--json", "json_file", type=click.Path(path_type=Path), help="The numbers, for programs.")
+@click.option("--figures", type=click.Path(path_type=Path), help="A folder for figures (PNG and PDF).")
+@click.option("--recording", type=click.Path(path_type=Path), help="FILE.rrd: the worst flight, for the rerun viewer.")
+@click.option("--from", "start", type=float, help="First t that is scored, s.")
+@click.option("--to", "stop", type=float, help="Where scoring stops, s.")
+@click.option("--skip-rejected", is_flag=True, help="Go on with the other flights.")
+@click.option("--seed", type=int, default=0, help="Nothing here is random; accepted so that all commands take it.")
+@click.option("-q", "--quiet", is_flag=True, help="No messages.")
+@click.option("-v", "--verbose", is_flag=True, help="A line a flight.")
+def compare_command(
+    model: Path,
+    flights: tuple[Path, ...],
+    against: tuple[Path, ...],
+    horizons: str | None,
+    window: float | None,
+    force_from: str,
+    fail_above: str | None,
+    json_file: Path | None,
+    figures: Path | None,
+    recording: Path | None,
+    start: float | None,
+    stop: float | None,
+    skip_rejected: bool,
+    seed: int,
+    quiet: bool,
+    verbose: bool,
+) -> None:
+    """Compare MODEL (a model or vehicle file) with what FLIGHTs measured: errors, bias, noise floor, rollouts."""
+    from infotraj.comparing import files, summary, thresholds
+    from infotraj.comparing.comparison import Comparison, compare
+    from infotraj.comparing.equation_error import WINDOW
+    from infotraj.comparing.rollouts import parse_horizons
+    from infotraj.models import load_model
+
+    files.require_order(start, stop)
+    wanted = parse_horizons(horizons) if horizons else ()
+    limits = thresholds.parse_thresholds(fail_above) if fail_above else {}
+    names = [str(p) for p in (model, *against)]
+    if len(set(names)) < len(names):
+        raise UsageError(problem("the same model twice", "different models", "Drop one."))
+    models = {name: load_model(name) for name in names}
+
+    def use(flight):
+        if not quiet and sys.stderr.isatty():
+            click.echo(f"{flight.meta['source']}", err=True)
+        one = compare(
+            models, [flight], horizons=wanted, window=window or WINDOW, force_from=force_from, start=start, stop=stop
+        )
+        error = one.models[0].errors[0]
+        if not error.scored.any() and len(error.reasons) < 6:
+            left = ", ".join(f"{v} {k}" for k, v in error.left_out.items() if v) or "too short for the filter's window"
+            raise InputError(
+                problem(f"{flight.meta['source']}: no row is scored ({left})", "a flight in the air", "Leave it out.")
+            )
+        return one
+
+    used, parts = files.accepted(flights, use, skip_rejected=skip_rejected)
+    comparison = Comparison(
+        tuple(str(f.meta["source"]) for f in used),
+        tuple(used),
+        tuple(
+            type(first)(
+                first.name,
+                first.model,
+                tuple(p.models[k].errors[0] for p in parts),
+                tuple(p.models[k].rollouts[0] for p in parts) if wanted else (),
+            )
+            for k, first in enumerate(parts[0].models)
+        ),
+    )
+    if json_file is not None:
+        files.write_json(summary.as_dict(comparison), json_file)
+    if figures is not None:
+        from infotraj.plots.comparison import comparison_figures
+
+        for path in comparison_figures(comparison, figures):
+            _say(quiet, str(path))
+    if recording is not None:
+        from infotraj.comparing.statistics import worst_flight
+        from infotraj.recording.wrench import record_comparison
+
+        k = worst_flight(comparison.models[0].errors)
+        record_comparison(recording, used[k], comparison.models[0].model, comparison.models[0].errors[k])
+        _say(quiet, f"{recording}: {comparison.paths[k]}")
+    click.echo(summary.as_text(comparison, verbose=verbose), nl=False)
+    said = thresholds.passed(comparison.models[0], limits)
+    for sentence in said:
+        click.echo(f"above the threshold: {sentence}", err=True)
+    _say(quiet, f"next: infotraj locate {model} {' '.join(str(f.meta['source']) for f in used)}")
+    if said:
+        sys.exit(THRESHOLD_PASSED)
+
+
+def _say(quiet: bool, line: str) -> None:
+    if not quiet:
+        click.echo(line, err=True)

@@ -1,0 +1,127 @@
+"""Adds named effects to a model, fitted to flights, whether the flights need them or not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from infotraj.comparing.equation_error import AXES
+from infotraj.comparing.statistics import Statistics
+from infotraj.diagnosis import refusal
+from infotraj.diagnosis.candidates import candidates
+from infotraj.diagnosis.diagnosis import fitted_numbers, held_members, observe
+from infotraj.diagnosis.fitting import Fit, fit
+from infotraj.diagnosis.noise import estimated
+from infotraj.diagnosis.observation import Member, Observation
+from infotraj.diagnosis.sensitivities import sensitivities
+from infotraj.effects import catalogue, effect_class
+from infotraj.errors import InfotrajError, InputError, UsageError, problem
+from infotraj.flight import Flight
+from infotraj.models import Model
+
+
+@dataclass(frozen=True)
+class Added:
+    """A model with effects added: their names, standard errors of all its effects, equation error before and after."""
+
+    model: Model
+    names: tuple[str, ...]
+    errors: tuple[dict[str, Any], ...]
+    before: Statistics
+    after: Statistics
+
+    def as_dict(self) -> dict[str, Any]:
+        """JSON: effects with parameters and standard errors, errors before and after."""
+        from infotraj.diagnosis.saving import axes
+
+        return {
+            "effects": [
+                {"name": e.name, "parameters": e.values, "standard_errors": s}
+                for e, s in zip(self.model.effects, self.errors, strict=True)
+            ],
+            "error": {
+                "before": axes(self.before.rmse),
+                "after": axes(self.after.rmse),
+                "floor": axes(self.after.floor),
+            },
+        }
+
+    def as_text(self) -> str:
+        """A line an effect, then a line an axis."""
+        lines = []
+        for e, s in zip(self.model.effects, self.errors, strict=True):
+            values = ", ".join(f"{k} {v} +- {s[k]}" if k in s else f"{k} {v}" for k, v in _rounded(e.values, s).items())
+            lines.append(f"{e.name}: {values}")
+        for i, axis in enumerate(AXES):
+            if self.before.rmse[i] == self.before.rmse[i]:
+                after = f"{self.after.rmse[i]:.4g} after, floor {self.after.floor[i]:.4g}"
+                lines.append(f"{axis}: {self.before.rmse[i]:.4g} before, {after}")
+        return "\n".join(lines) + "\n"
+
+
+def add(
+    model: Model,
+    names: Sequence[str],
+    flights: Sequence[Flight],
+    *,
+    effects_from: Iterable[str | Path] = (),
+    start: float | None = None,
+    stop: float | None = None,
+) -> Added:
+    """Fits the effects `names` (with `:3` for a place in a list) together with those of the model.
+
+    UsageError for a name that does not exist; InputError where the flights cannot show an effect.
+    """
+    vehicle = model.vehicle
+    catalog = catalogue(effects_from)
+    for name in names:
+        effect_class(name.split(":")[0], effects_from)
+    known, hidden = candidates(catalog, vehicle, flights)
+    chosen = []
+    for name in names:
+        plain, _, place = name.partition(":")
+        if plain in hidden:
+            raise InputError(problem(f"{plain} cannot be fitted: {hidden[plain]}", "flights that show it", "Drop it."))
+        options = [c for c in known if c.name == plain and (not place or str(dict(c.fixed).get("rotor")) == place)]
+        if not options or (options[0].fixed and not place):
+            raise UsageError(problem(f"{name}: no place", f"{plain}:0 and the like", "Say which one."))
+        chosen.append(options[0])
+    held = held_members(model, flights[0])
+    taken = {m.candidate.label for m in held}
+    twice = [c.label for c in chosen if c.label in taken]
+    if twice:
+        raise UsageError(problem(f"{twice[0]} is in the model already", "an effect that is not", "Drop it."))
+    observation = observe(model, flights, start, stop)
+    made = _best(observation, held, chosen)
+    new = Model(vehicle, [m.effect for m in made.members])
+    return Added(
+        new,
+        tuple(names),
+        tuple(fitted_numbers(made, vehicle)),
+        refusal.errors(model, flights, start, stop),
+        refusal.errors(new, flights, start, stop),
+    )
+
+
+def _best(observation: Observation, held: Sequence[Member], chosen) -> Fit:
+    """The best fit from every start of the effects that have several, under the noise that it leaves."""
+    linear = sensitivities(observation, held, chosen)
+    observation = estimated(observation, linear.joint)
+    starts = [[Member(c, c.at(values)) for values in c.cls.starts(observation.vehicle, c.form)] for c in chosen]
+    members = [options[0] for options in starts]
+    best: Fit | None = None
+    for i, options in enumerate(starts):
+        for option in options if len(options) > 1 or best is None else options[:0]:
+            made = fit(observation, [*held, *members[:i], option, *members[i + 1 :]])
+            if made is not None and (best is None or made.cost < best.cost):
+                best = made
+                members = list(made.members[len(held) :])
+    if best is None:
+        raise InfotrajError(problem("the model with these effects cannot be evaluated", "a physical one", "Drop one."))
+    return best
+
+
+def _rounded(values: dict[str, Any], errors: dict[str, Any]) -> dict[str, Any]:
+    return {k: [float(f"{x:.6g}") for x in v] if isinstance(v, list) else float(f"{v:.6g}") for k, v in values.items()}

@@ -1,0 +1,162 @@
+"""What may be missing: the effects of the catalogue that these flights can show, and where to linearise them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from infotraj.effects.base import Effect, Parameter
+from infotraj.errors import InputError
+from infotraj.flight import Flight
+from infotraj.rotations import Array
+from infotraj.vehicle import Vehicle
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An effect that may be missing. fixed: values chosen, not fitted (which rotor); form: what is fitted."""
+
+    cls: type[Effect]
+    form: tuple[Parameter, ...]
+    fixed: tuple[tuple[str, int], ...] = ()
+
+    @property
+    def name(self) -> str:
+        """The effect's name."""
+        return self.cls.name
+
+    @property
+    def label(self) -> str:
+        """Name, with what is fixed: `rotor_effectiveness 3`."""
+        return " ".join([self.name, *(str(v) for _, v in self.fixed)])
+
+    def absent(self, vehicle: Vehicle) -> Effect:
+        """The effect at the values that change nothing."""
+        values = {p.name: self.cls.absent(vehicle, p) for p in self.form}
+        return self.cls(**dict(self.fixed), **_plain(values))
+
+    def at(self, values: Mapping[str, Any]) -> Effect:
+        """The effect with these values of its form."""
+        return self.cls(**dict(self.fixed), **_plain(values))
+
+    def count(self, vehicle: Vehicle) -> int:
+        """How many numbers are fitted."""
+        return sum(p.count(vehicle) for p in self.form)
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where in an effect's form one fitted number stands."""
+
+    parameter: str
+    component: int
+    scale: float
+    low: float
+    high: float
+    absent: float
+
+
+def places(candidate: Candidate, vehicle: Vehicle) -> list[Place]:
+    """The fitted numbers of a candidate, in order."""
+    found = []
+    for p in candidate.form:
+        low, high = candidate.cls.bounds(vehicle, p)
+        absent = candidate.cls.absent(vehicle, p)
+        scale = float(candidate.cls.scale(vehicle, p)) or 1.0
+        found += [Place(p.name, i, scale, float(low), float(high), float(absent[i])) for i in range(p.count(vehicle))]
+    return found
+
+
+def read(effect: Effect, at: Sequence[Place]) -> Array:
+    """The fitted numbers of an effect."""
+    return np.array([float(np.atleast_1d(getattr(effect, p.parameter))[p.component]) for p in at])
+
+
+def written(candidate: Candidate, at: Sequence[Place], x: Array) -> Effect:
+    """The effect with fitted numbers x."""
+    values: dict[str, Any] = {}
+    for place, value in zip(at, x, strict=True):
+        values.setdefault(place.parameter, []).append(float(value))
+    return candidate.at(values)
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One linearisation of an absent candidate: the effects at which each column is a secant from the absent one.
+
+    points: (place index, effect at the point, size of the step) of each column; start: values where a fit starts.
+    """
+
+    candidate: Candidate
+    points: tuple[tuple[int, Effect, float], ...]
+    start: Array
+
+
+def variants(candidate: Candidate, vehicle: Vehicle) -> list[Variant]:
+    """The linearisations of a candidate, one for each of its starts.
+
+    A number that changes nothing on its own (the length of a cable without a load) has no column: it is held at the
+    start's value.
+    """
+    at = places(candidate, vehicle)
+    absent = np.array([p.absent for p in at])
+    found = []
+    for values in candidate.cls.starts(vehicle, candidate.form):
+        start = read(candidate.at(values), at)
+        alone = []
+        for i in range(len(at)):
+            x = absent.copy()
+            x[i] = start[i]
+            alone.append(written(candidate, at, x).is_absent(vehicle))
+        held = np.where(alone, start, absent)
+        points = []
+        for i in range(len(at)):
+            if alone[i]:
+                continue
+            x = held.copy()
+            x[i] = start[i]
+            points.append((i, written(candidate, at, x), float(start[i] - absent[i])))
+        found.append(Variant(candidate, tuple(points), np.where(alone, start, absent)))
+    return found
+
+
+def candidates(
+    known: Mapping[str, type[Effect]], vehicle: Vehicle, flights: Sequence[Flight]
+) -> tuple[list[Candidate], dict[str, str]]:
+    """The candidates that at least one flight can show, and for the other effects the reason why none can."""
+    found: list[Candidate] = []
+    hidden: dict[str, str] = {}
+    for name, cls in known.items():
+        try:
+            reasons = [cls.cannot_show(vehicle, flight) for flight in flights]
+        except InputError as error:
+            hidden[name] = str(error)
+            continue
+        if all(reasons):
+            hidden[name] = str(reasons[0])
+            continue
+        form = cls.form(vehicle, flights[0])
+        if any(tuple(p.name for p in cls.form(vehicle, f)) != tuple(p.name for p in form) for f in flights):
+            hidden[name] = "the flights do not record the same channels for it"
+            continue
+        trial = Candidate(cls, form, _indices(cls, 0))
+        start = trial.at(cls.starts(vehicle, form)[0])
+        lacking = [r for r in (start.missing(vehicle, f) for f in flights) if r is not None]
+        if lacking:
+            hidden[name] = lacking[0]
+            continue
+        count = len(vehicle.rotors) if trial.fixed else 1
+        found += [Candidate(cls, form, _indices(cls, i)) for i in range(count)]
+    return found, hidden
+
+
+def _indices(cls: type[Effect], value: int) -> tuple[tuple[str, int], ...]:
+    return tuple((p.name, value) for p in cls.parameters if p.index)
+
+
+def _plain(values: Mapping[str, Any]) -> dict[str, Any]:
+    flat = {k: np.atleast_1d(np.asarray(v, dtype=float)) for k, v in values.items()}
+    return {k: float(v[0]) if v.size == 1 else v.tolist() for k, v in flat.items()}

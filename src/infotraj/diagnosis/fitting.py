@@ -1,0 +1,102 @@
+"""Fits the numbers of a set of effects to all flights at once: weighted, bounded, nonlinear least squares.
+
+Levenberg (1944) and Marquardt (1963) on the whitened residual, in units of each number's usual size, with bounds by
+projection (Kelley, "Iterative methods for optimization", 1999, 5.4). Directions that the flights hardly determine are
+held by the damping and reported by their standard errors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from infotraj.diagnosis.observation import Member, Observation, inward, packed, unpacked
+from infotraj.diagnosis.sensitivities import SMALL
+from infotraj.diagnosis.sums import Sums, block_sums
+from infotraj.rotations import Array
+
+_ROUNDS = 8
+_SETTLED = 0.3  # change of the squared error (its unit: one noise variance) below which a fit stops
+
+
+@dataclass(frozen=True)
+class Fit:
+    """members: with fitted values; cost: whitened squared error; sums: of the linearisation there (all numbers).
+
+    at_bound: for each number whether it lies at a bound.
+    """
+
+    members: tuple[Member, ...]
+    cost: float
+    sums: Sums
+    at_bound: Array
+
+
+def fit(observation: Observation, members: Sequence[Member], rounds: int = _ROUNDS) -> Fit | None:
+    """Fits all numbers of `members`, from their present values. None where no model of them can be evaluated."""
+    vehicle = observation.vehicle
+    x, owner = packed(members, vehicle)
+    sides = np.sort(np.array([(p.low / p.scale, p.high / p.scale) for _, p in owner]).reshape(-1, 2), axis=1)
+    low, high = sides.T
+    x = np.clip(x, low, high)
+    r = _residual(observation, members, x)
+    if r is None:
+        return None
+    cost, damping = float(r @ r), 1e-4
+    jacobian = np.zeros((len(r), 0))
+    for _ in range(rounds):
+        jacobian = _jacobian(observation, members, x, r, owner)
+        gram, right = jacobian.T @ jacobian, jacobian.T @ r
+        gained = 0.0
+        for _ in range(6):
+            step = _step(gram, right, damping, x, low, high)
+            trial = np.clip(x + step, low, high)
+            moved = _residual(observation, members, trial)
+            if moved is not None and moved @ moved < cost:
+                gained = cost - float(moved @ moved)
+                x, r, cost = trial, moved, float(moved @ moved)
+                damping = max(damping * 0.1, 1e-9)
+                break
+            damping = max(damping * 10, 1e-3)
+            if np.max(np.abs(step), initial=0.0) < 1e-5:
+                break
+        if gained < _SETTLED:
+            break
+    else:
+        jacobian = _jacobian(observation, members, x, r, owner)
+    joint = observation.split(np.concatenate([r[:, None], jacobian], axis=1))
+    sums = block_sums(observation.samples, observation.noise, observation.blocks, joint)
+    at_bound = (x <= low + 1e-6) | (x >= high - 1e-6)
+    return Fit(tuple(unpacked(members, vehicle, x)), cost, sums, at_bound)
+
+
+def _residual(observation: Observation, members: Sequence[Member], x: Array) -> Array | None:
+    raw = observation.raw(observation.model(unpacked(members, observation.vehicle, x)))
+    return None if raw is None else observation.whitened(raw)
+
+
+def _jacobian(observation: Observation, members: Sequence[Member], x: Array, r: Array, owner) -> Array:
+    """Minus the derivative of the residual by each number in usual sizes, (samples, p)."""
+    columns = np.zeros((len(r), len(x)))
+    for i, (_, place) in enumerate(owner):
+        step = inward(x[i] * place.scale, place, SMALL * abs(place.scale)) / place.scale
+        moved = x.copy()
+        moved[i] += step
+        there = _residual(observation, members, moved)
+        if there is not None:
+            columns[:, i] = (r - there) / step
+    return columns
+
+
+def _step(gram: Array, right: Array, damping: float, x: Array, low: Array, high: Array) -> Array:
+    """The damped step of the numbers that are free to move."""
+    free = ~(((x <= low) & (right < 0)) | ((x >= high) & (right > 0)))
+    step = np.zeros(len(x))
+    if free.any():
+        g = gram[np.ix_(free, free)]
+        size = np.sqrt(np.maximum(np.diag(g), 1e-12))
+        scaled = g / np.outer(size, size) + damping * np.eye(len(size)) + 1e-10 * np.eye(len(size))
+        step[free] = np.linalg.solve(scaled, right[free] / size) / size
+    return step

@@ -1,0 +1,53 @@
+"""Which effects these flights cannot tell apart: each replaced by every other, fitted, and compared held-out.
+
+An effect belongs to the group of a supported one when, in its place and fitted as freely, its held-out error is within
+the noise of the best's: the paired difference over blocks is not significantly above zero.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from infotraj.diagnosis.evidence import resampled
+from infotraj.diagnosis.fitting import Fit
+from infotraj.diagnosis.observation import Member
+from infotraj.diagnosis.search import Search, alternatives, heldout_error
+from infotraj.rotations import Array
+
+WITHIN = 0.99  # share of the resamples in which a member of the group may be worse
+
+
+@dataclass(frozen=True)
+class Group:
+    """members: what explains the flights equally well, the simplest first; rivals: held-out errors of the others."""
+
+    members: tuple[Member, ...]
+    fits: tuple[Fit, ...]
+    rivals: tuple[Array, ...]
+
+
+def group(search: Search, whole: Fit, member: Member, rng: np.random.Generator, order: list[str]) -> Group:
+    """The group of one member of the model `whole`. order: names of the catalogue, which decides among equals."""
+    rest = tuple(m for m in whole.members if m.candidate.label != member.candidate.label)
+    others = alternatives(search, rest, {member.candidate.label}, whole.cost, share=0.5)
+    mine = heldout_error(whole)
+    best = min([mine.sum(), *(heldout_error(f).sum() for f in others)])
+    best_error = mine if mine.sum() <= best else min((heldout_error(f) for f in others), key=np.sum)
+    draws = resampled(whole.sums.flight, rng)
+    equal: list[tuple[Member, Fit]] = []
+    rivals = []
+    for other, new in [(whole, member), *((f, f.members[-1]) for f in others)]:
+        error = heldout_error(other)
+        worse = np.mean(draws @ (error - best_error).sum(axis=0) > 0)
+        at_bound = other is not whole and bool(other.at_bound[-new.candidate.count(search.observation.vehicle) :].all())
+        if (worse <= WITHIN or error.sum() - best_error.sum() < 1.0) and not at_bound:
+            equal.append((new, other))
+        elif other is not whole:
+            rivals.append(error)
+    vehicle = search.observation.vehicle
+    equal.sort(key=lambda pair: (pair[0].candidate.count(vehicle), order.index(pair[0].candidate.name)))
+    names: set[str] = set()
+    unique = [pair for pair in equal if not (pair[0].candidate.name in names or names.add(pair[0].candidate.name))]
+    return Group(tuple(m for m, _ in unique), tuple(f for _, f in unique), tuple(rivals))

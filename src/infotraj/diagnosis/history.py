@@ -1,0 +1,80 @@
+"""The chain of models behind a model file: what each added, and how the error fell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from infotraj.comparing.equation_error import AXES
+from infotraj.flight import sha256
+from infotraj.models.file import ModelFile, read_model
+
+
+@dataclass(frozen=True)
+class Version:
+    """One model of the chain. `state`: "as recorded", "changed since" (its file differs from the hash) or "missing"."""
+
+    path: Path
+    content: ModelFile | None
+    state: str
+
+
+def history(model: str | Path) -> list[Version]:
+    """The versions from the first to this one. InputError where the model itself cannot be read."""
+    path = Path(model)
+    _, content = read_model(path)
+    chain = [Version(path, content, "as recorded")]
+    seen = {path.resolve()}
+    while content is not None and content.provenance.parent is not None:
+        parent = content.provenance.parent
+        path = Path(parent.path)
+        if path.resolve() in seen:
+            break
+        seen.add(path.resolve())
+        if not path.is_file():
+            chain.append(Version(path, None, "missing"))
+            break
+        state = "as recorded" if sha256(path) == parent.sha256 else "changed since"
+        _, content = read_model(path)
+        chain.append(Version(path, content, state))
+    return chain[::-1]
+
+
+def as_dict(chain: list[Version]) -> dict[str, Any]:
+    """JSON: one entry a version, the first one first."""
+    return {
+        "versions": [
+            {
+                "path": str(v.path),
+                "state": v.state,
+                "effects": [e.model_dump(mode="json") for e in v.content.effects] if v.content else None,
+                "provenance": v.content.provenance.model_dump(mode="json", exclude_defaults=True)
+                if v.content
+                else None,
+            }
+            for v in chain
+        ]
+    }
+
+
+def as_text(chain: list[Version]) -> str:
+    """A line a version: its effects, what made it, and the error of each axis after it."""
+    lines = []
+    for number, v in enumerate(chain):
+        note = "" if v.state == "as recorded" else f" ({v.state})"
+        if v.content is None:
+            lines.append(f"{number}  {v.path}{note}")
+            continue
+        effects = ", ".join(e.name for e in v.content.effects) or "no effects"
+        lines.append(f"{number}  {v.path}{note}: {effects}")
+        p = v.content.provenance
+        if p.note:
+            lines.append(f"   {p.note}; {len(p.flights)} flights; {p.version}")
+        for when in ("before", "after", "floor"):
+            values = p.error.get(when)
+            if values:
+                lines.append(
+                    f"   {when:<7}" + "  ".join(f"{a} {values[a]:.4g}" for a in AXES if values.get(a) is not None)
+                )
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,55 @@
+"""What these flights cannot say: axes whose prediction explains nothing, and answers that no body can have."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from infotraj.comparing.equation_error import AXES, equation_error
+from infotraj.comparing.statistics import Statistics, statistics
+from infotraj.diagnosis.fitting import Fit
+from infotraj.diagnosis.observation import Observation
+from infotraj.flight import Flight
+from infotraj.models import Model
+from infotraj.vehicle import Vehicle
+
+LEAST_EXPLAINED = 0.3  # of the variance of the measured side: below it the prediction is no explanation
+_ABOVE_FLOOR = 3.0  # an error that near the floor is small, whatever it explains
+
+
+def errors(model: Model, flights: Sequence[Flight], start: float | None, stop: float | None) -> Statistics:
+    """Equation error of a model over all flights, axis by axis."""
+    return statistics([equation_error(model, f, start=start, stop=stop) for f in flights])
+
+
+def unanswered(after: Statistics) -> dict[str, str]:
+    """Axes (fx .. tz) on which the fitted model explains next to nothing of what was measured, with the reason."""
+    found = {}
+    for i, axis in enumerate(AXES):
+        far = np.isfinite(after.rmse[i]) and after.rmse[i] > _ABOVE_FLOOR * after.floor[i]
+        if far and after.explained[i] < LEAST_EXPLAINED:
+            what = f"force along {axis[1]}" if axis[0] == "f" else f"torque about {axis[1]}"
+            share = f"the prediction explains {max(after.explained[i], 0.0):.0%} of the measured {what}"
+            found[axis] = f"{share}: flights and vehicle file do not agree there (spin, order of rotors, time stamps)"
+    return found
+
+
+def unphysical(whole: Fit, observation: Observation) -> dict[str, str]:
+    """Members whose fitted numbers ended at a physical bound, with the reason."""
+    found, place = {}, 0
+    vehicle: Vehicle = observation.vehicle
+    for m in whole.members:
+        for p in m.places(vehicle):
+            value = float(np.atleast_1d(getattr(m.effect, p.parameter))[p.component])
+            if whole.at_bound[place] and abs(value - p.absent) > 1e-9:
+                found[m.candidate.label] = f"the fit ends at the physical bound of {p.parameter} ({value:.3g})"
+            place += 1
+    return found
+
+
+def axis_group(axis: str) -> str | None:
+    """Axis fx .. tz that an axis of the residual stands for; None for kinematic ones."""
+    if axis in AXES:
+        return axis
+    return {"vx": "fx", "vy": "fy", "vz": "fz"}.get(axis)

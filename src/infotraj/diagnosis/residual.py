@@ -1,0 +1,203 @@
+"""What a flight measured minus what a model predicts, as samples whose noise can be whitened.
+
+force: measured minus predicted specific force, row by row. rate: change of the measured rate from sample to sample
+minus the integral of the predicted angular acceleration over the same time; its noise is the difference of two samples'
+noise, which the whitening knows. velocity: the same of the velocity, in place of `force` where no accelerometer was
+measured. turn and push: recorded attitude and velocity against the IMU, which show what is wrong with the IMU alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from infotraj import rotations
+from infotraj.checking.airborne import airborne_rows
+from infotraj.effects.channels import is_derived
+from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
+from infotraj.models import Model, Prediction
+from infotraj.models.interpolation import interpolate
+from infotraj.models.prepared import Prepared
+from infotraj.rotations import Array
+
+SETTLING = 0.5  # s after the first row: the actuators start at their first command
+_GAP = 4.0  # usual steps; a longer step ends a run
+AXES = {
+    "force": ("fx", "fy", "fz"),
+    "velocity": ("vx", "vy", "vz"),
+    "rate": ("tx", "ty", "tz"),
+    "turn": ("turn x", "turn y", "turn z"),
+    "push": ("push x", "push y", "push z"),
+}
+
+
+@dataclass(frozen=True)
+class Channel:
+    """Samples of one quantity in one flight.
+
+    name; difference: whether the samples are steps between rows (noise is then differenced); first, last (m,) rows of
+    each sample (equal for a level); run (m,): number of the unbroken stretch that a sample belongs to; key: the samples
+    of all flights with the same key share one noise model (quantity and sampling rate).
+    """
+
+    name: str
+    difference: bool
+    first: NDArray
+    last: NDArray
+    run: NDArray
+    key: str
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Names of its three axes."""
+        return AXES[self.name]
+
+
+@dataclass(frozen=True)
+class FlightSamples:
+    """A flight prepared for a vehicle, the channels that can be compared, and the rows left out, by reason."""
+
+    prepared: Prepared
+    channels: tuple[Channel, ...]
+    left_out: dict[str, int]
+    reasons: dict[str, str]
+
+    @property
+    def flight(self) -> Flight:
+        """The flight."""
+        return self.prepared.flight
+
+    def residual(self, model: Model) -> list[Array]:
+        """Measured minus predicted, one (m, 3) a channel."""
+        return self.of_prediction(model.predict(self.prepared))
+
+    def of_prediction(self, prediction: Prediction) -> list[Array]:
+        """Measured minus what this prediction says, one (m, 3) a channel."""
+        return [_RESIDUALS[c.name](self, prediction, c) for c in self.channels]
+
+    def times(self, channel: Channel) -> Array:
+        """Time (s) of each sample."""
+        return self.flight.t[channel.last]
+
+
+def flight_samples(
+    model: Model, flight: Flight, start: float | None = None, stop: float | None = None
+) -> FlightSamples:
+    """The flight's usable samples for a model of its vehicle. start, stop: s, the part to use.
+
+    InputError where the flight lacks the commands (or measured values) of the vehicle's actuators.
+    """
+    prepared = model.prepare(flight)
+    prediction = model.predict(prepared)
+    t = flight.t
+    keep = np.ones(len(t), dtype=bool)
+    left_out = {}
+    for reason, rows in {
+        "outside --from and --to": (t < (-np.inf if start is None else start))
+        | (t >= (np.inf if stop is None else stop)),
+        "first half second": t < t[0] + SETTLING,
+        "not in the air": ~airborne_rows(flight, model.vehicle).rows,
+        "inputs do not reach": ~np.asarray(prediction.covered, dtype=bool),
+    }.items():
+        left_out[reason] = int((keep & rows).sum())
+        keep &= ~rows
+    channels, reasons = [], dict(prediction.kinematics.reasons)
+    for name, (difference, sampled, why) in _sources(prepared, prediction).items():
+        if why is not None:
+            reasons[name] = why
+            continue
+        channel = _channel(name, difference, t, keep, sampled)
+        if channel is None:
+            reasons[name] = "fewer than 50 usable samples"
+        else:
+            channels.append(channel)
+    return FlightSamples(prepared, tuple(channels), left_out, reasons)
+
+
+def _sources(prepared: Prepared, prediction: Prediction) -> dict[str, tuple[bool, NDArray, str | None]]:
+    """For each channel: whether it is a difference, which rows hold a sample, why it cannot be had (or None)."""
+    flight, r = prepared.flight, prepared.recorded
+    none = np.zeros(len(flight.t), dtype=bool)
+
+    def finite(*columns: str) -> NDArray:
+        return np.isfinite(flight.get(*columns)).all(axis=1) if flight.has(*columns) else none
+
+    measured_force = flight.has(*SPECIFIC_FORCE) and not is_derived(flight, SPECIFIC_FORCE)
+    mass_reason = None if prepared.vehicle.mass is not None else "the vehicle file gives no mass"
+    place = VELOCITY if flight.has(*VELOCITY) else POSITION
+    found: dict[str, tuple[bool, NDArray, str | None]] = {}
+    if measured_force:
+        found["force"] = (False, finite(*SPECIFIC_FORCE), mass_reason)
+    else:
+        why = mass_reason or (None if r.velocity is not None and r.attitude is not None else "no specific force")
+        found["velocity"] = (True, finite(*place), why)
+    torque_reason = prediction.testable["tx"]
+    rated = finite(*RATE) if flight.has(*RATE) else finite(*ATTITUDE)
+    found["rate"] = (True, rated, torque_reason)
+    k = prediction.kinematics
+    if k.turn is not None:
+        found["turn"] = (True, finite(*ATTITUDE), None)
+    if k.push is not None:
+        found["push"] = (True, finite(*place), None)
+    return found
+
+
+def _channel(name: str, difference: bool, t: Array, keep: NDArray, sampled: NDArray) -> Channel | None:
+    rows = np.flatnonzero(keep & sampled)
+    if len(rows) < 52:
+        return None
+    dropped = np.concatenate([[0], np.cumsum(~keep)])
+    unbroken = (np.diff(t[rows]) < _GAP * np.median(np.diff(t[rows]))) & (dropped[rows[1:]] == dropped[rows[:-1]])
+    run = np.concatenate([[0], np.cumsum(~unbroken)])
+    step = float(np.median(np.diff(t[rows])))
+    key = f"{name} {1 / step:.0f}"
+    if not difference:
+        return Channel(name, False, rows, rows, run, key)
+    first, last = rows[:-1][unbroken], rows[1:][unbroken]
+    return Channel(name, True, first, last, run[1:][unbroken], key) if len(first) >= 50 else None
+
+
+def _steps(t: Array, mean: Array, channel: Channel) -> Array:
+    """Integral (m, 3) of `mean` (n, 3), row k from t[k] to t[k+1], over each sample's rows."""
+    total = np.zeros((len(t), mean.shape[1]))
+    np.cumsum(np.nan_to_num(mean[:-1]) * np.diff(t)[:, None], axis=0, out=total[1:])
+    return total[channel.last] - total[channel.first]
+
+
+def _force(samples: FlightSamples, prediction: Prediction, c: Channel) -> Array:
+    return samples.flight.get(*SPECIFIC_FORCE)[c.last] - prediction.specific_force[c.last]
+
+
+def _rate(samples: FlightSamples, prediction: Prediction, c: Channel) -> Array:
+    t, recorded = samples.flight.t, samples.prepared.recorded.rate
+    w = samples.flight.get(*RATE) if samples.flight.has(*RATE) else interpolate(recorded.times, recorded.values, t)
+    return w[c.last] - w[c.first] - _steps(t, prediction.angular_acceleration_mean, c)
+
+
+def _velocity(samples: FlightSamples, prediction: Prediction, c: Channel) -> Array:
+    t, r = samples.flight.t, samples.prepared.recorded
+    kept = samples.prepared.kept
+
+    def turned() -> Array:
+        return rotations.normalize(
+            interpolate(r.attitude.times, r.attitude.values, np.append((t[1:] + t[:-1]) / 2, t[-1]))
+        )
+
+    mean = rotations.to_world(kept.get("attitude half way", None, turned), prediction.specific_force_mean)
+    v = kept.get("velocity at rows", None, lambda: interpolate(r.velocity.times, r.velocity.values, t))
+    return v[c.last] - v[c.first] - _steps(t, mean - [0.0, 0.0, samples.prepared.vehicle.gravity], c)
+
+
+def _turn(samples: FlightSamples, prediction: Prediction, c: Channel) -> Array:
+    k = prediction.kinematics
+    return _steps(samples.flight.t, k.turn - k.turn_by_imu, c)
+
+
+def _push(samples: FlightSamples, prediction: Prediction, c: Channel) -> Array:
+    k = prediction.kinematics
+    return _steps(samples.flight.t, k.push - k.push_by_imu, c)
+
+
+_RESIDUALS = {"force": _force, "velocity": _velocity, "rate": _rate, "turn": _turn, "push": _push}

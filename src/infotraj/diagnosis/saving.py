@@ -1,0 +1,66 @@
+"""Writes the model that a diagnosis or an addition made, with where it came from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from infotraj.comparing.equation_error import AXES
+from infotraj.comparing.statistics import Statistics
+from infotraj.diagnosis.adding import Added
+from infotraj.diagnosis.diagnosis import Diagnosis
+from infotraj.errors import UsageError, problem
+from infotraj.flight import Flight, sha256
+from infotraj.models import Model, save_model
+from infotraj.models.file import FileReference, ModelFile, Provenance
+
+
+def refuse_overwriting(output: Path | None, model: Path) -> None:
+    """UsageError where the output is the model itself: a model is never edited in place."""
+    if output is not None and output.exists() and model.exists() and output.resolve() == model.resolve():
+        raise UsageError(problem(f"{output} is the model itself", "a new file", "Choose another name."))
+
+
+def save_diagnosed(
+    found: Diagnosis, path: Path, *, parent: Path, content: ModelFile, flights: Sequence[Flight]
+) -> None:
+    """The model with the supported effects; the model as it was where there are none."""
+    note = f"diagnose: {', '.join(found.supported)}" if found.supported else "diagnose: no effect supported"
+    errors = found.errors_of or [e.standard_errors for e in content.effects]
+    _save(found.model, path, parent, flights, errors, found.before, found.after, note)
+
+
+def save_added(made: Added, path: Path, *, parent: Path, content: ModelFile, flights: Sequence[Flight]) -> None:
+    """The model with the effects that were asked for."""
+    note = f"add: {', '.join(made.names)}"
+    _save(made.model, path, parent, flights, made.errors, made.before, made.after, note)
+
+
+def _save(
+    model: Model,
+    path: Path,
+    parent: Path,
+    flights: Sequence[Flight],
+    errors: Sequence[Mapping[str, Any]],
+    before: Statistics,
+    after: Statistics,
+    note: str,
+) -> None:
+    references = [Path(str(f.meta["source"])) for f in flights if "source" in f.meta]
+    provenance = Provenance(
+        version=f"infotraj {version('infotraj')}",
+        parent=FileReference(path=str(parent.resolve()), sha256=sha256(parent)),
+        flights=tuple(FileReference(path=str(p.resolve()), sha256=sha256(p)) for p in references if p.is_file()),
+        error={"before": axes(before.rmse), "after": axes(after.rmse), "floor": axes(after.floor)},
+        note=note,
+    )
+    save_model(model, path, standard_errors=errors, provenance=provenance)
+
+
+def axes(values: Any) -> dict[str, float | None]:
+    """An error of each axis; null where there is none."""
+    return {a: float(v) if np.isfinite(v) else None for a, v in zip(AXES, values, strict=True)}

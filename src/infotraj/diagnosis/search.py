@@ -1,0 +1,249 @@
+"""Which effects are missing: select from sums, fit, look at what is left, and again until the set settles.
+
+One linearisation is not enough: a large offset leaves a second-order rest that recruits other effects. So the residual
+is always that of the fitted model, and what was taken is questioned again: taken out, replaced, merged.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from itertools import combinations
+
+import numpy as np
+
+from infotraj.diagnosis.candidates import Candidate, places
+from infotraj.diagnosis.fitting import Fit, fit
+from infotraj.diagnosis.noise import PRIOR, estimated
+from infotraj.diagnosis.null import null_gains
+from infotraj.diagnosis.observation import Member, Observation
+from infotraj.diagnosis.sensitivities import Sensitivities, sensitivities, start_of
+from infotraj.diagnosis.subsets import SubsetSearch
+from infotraj.diagnosis.sums import Sums, block_sums, held_out
+from infotraj.diagnosis.whitened import whiten
+from infotraj.rotations import Array
+
+MATTERS = 0.05  # rise of the squared error, in units of the floor, below which an effect does not matter
+SIGNIFICANCE = 0.98  # of the largest gain that chance gives to any absent effect
+_SHARE = 0.97  # of what the best larger set gains: a smaller set with that much is taken first
+_ROUNDS = 8
+_AT_ONCE = 3
+
+
+@dataclass
+class Search:
+    """The state of a search. `trail` tells what it did, for the verbose output."""
+
+    observation: Observation
+    known: tuple[Candidate, ...]
+    base: Sensitivities
+    rng: np.random.Generator
+    matters: float = MATTERS
+    fits: dict[frozenset[str], Fit | None] = field(default_factory=dict)
+    trail: list[str] = field(default_factory=list)
+
+    def fitted(self, members: Sequence[Member]) -> Fit | None:
+        """The fit of a set of members, made once."""
+        key = frozenset(m.candidate.label for m in members)
+        if key not in self.fits:
+            self.fits[key] = fit(self.observation, members)
+        return self.fits[key]
+
+    def renoised(self, members: Sequence[Member]) -> None:
+        """Estimates the noise again around the model with `members`; fits made before no longer count."""
+        joint = self.joint(members)[0]
+        self.observation = estimated(self.observation, joint, rounds=1)
+        self.fits = {}
+
+    def joint(self, members: Sequence[Member]) -> tuple[list[list[Array]], Sensitivities]:
+        """Residual of the model with `members`, their columns, and the candidates' of the base model."""
+        own = sensitivities(self.observation, members, [])
+        shift = own.joint[0][0].shape[2] - 1
+        taken = {m.candidate.label for m in members}
+        old = len(self.base.of_members)
+        choices = [
+            replace(c, columns=tuple(i - old + shift for i in c.columns))
+            for c in self.base.choices
+            if c.candidate.label not in taken
+        ]
+        joint = [
+            [np.concatenate([a, b[:, :, 1 + old :]], axis=2) for a, b in zip(new, before, strict=True)]
+            for new, before in zip(own.joint, self.base.joint, strict=True)
+        ]
+        return joint, replace(own, choices=tuple(choices), joint=[])
+
+    def sums(self, joint: list[list[Array]]) -> Sums:
+        """Sums of the whitened residual and columns."""
+        o = self.observation
+        white = [whiten(s, o.noise, flight) for s, flight in zip(o.samples, joint, strict=True)]
+        return block_sums(o.samples, o.noise, o.blocks, white)
+
+
+def start_search(
+    observation: Observation,
+    held: Sequence[Member],
+    known: Sequence[Candidate],
+    rng: np.random.Generator,
+    matters: float = MATTERS,
+) -> Search:
+    """Linearises every candidate around the model and estimates the noise from what their richest fit leaves."""
+    base = sensitivities(observation, held, known)
+    observation = estimated(observation, base.joint)
+    return Search(observation, tuple(known), base, rng, matters)
+
+
+def run(search: Search, held: Sequence[Member]) -> Fit:
+    """The members that are needed, fitted."""
+    members = tuple(held)
+    best = search.fitted(members)
+    seen: set[frozenset[str]] = set()
+    for _ in range(_ROUNDS):
+        more = _additional(search, members)
+        if more:
+            members = _taken(search, members, more)
+            search.renoised(members)
+        members = _questioned(search, members)
+        best = search.fitted(members)
+        key = frozenset(m.candidate.label for m in members)
+        search.trail.append(" ".join(sorted(key)) or "nothing")
+        if not more or key in seen:
+            break
+        seen.add(key)
+    return best
+
+
+def _additional(search: Search, members: Sequence[Member]) -> list[Member]:
+    """Members that the residual asks for, by the smallest set that gains nearly as much as larger ones."""
+    joint, found = search.joint(members)
+    sums = search.sums(joint)
+    subsets = SubsetSearch(sums, found)
+    best = subsets.search(_AT_ONCE)
+    singles = [(i,) for i in range(len(found.choices))]
+    # What is still to be found is no noise: the surrogates are made of what the richest model leaves.
+    gram, right, _ = sums.total()
+    left = sums.shifted(np.linalg.solve(gram.sum(axis=0) + np.eye(gram.shape[-1]) / PRIOR**2, right.sum(axis=0)))
+    threshold = float(np.quantile(null_gains(left, found, singles, search.rng), SIGNIFICANCE))
+    top = best[-1].gain
+    base = best[0].gain
+    for scored in best:
+        if scored.gain - base >= _SHARE * (top - base) or top - scored.gain < threshold:
+            break
+    if scored.gain - base < threshold:
+        return []
+    before, _ = held_out(sums, best[0].columns)
+    after, _ = held_out(sums, scored.columns)
+    rise = ((before - after).sum(axis=1) / np.maximum(sums.rows.sum(axis=1), 1)).max()
+    if rise < search.matters:
+        return []
+    new, place = [], len(found.of_members)
+    for i in scored.chosen:
+        choice = found.choices[i]
+        theta = scored.theta[place : place + len(choice.columns)]
+        place += len(choice.columns)
+        at = places(choice.candidate, search.observation.vehicle)
+        new.append(Member(choice.candidate, start_of(choice, at, theta)))
+    search.trail.append(
+        f"add {' '.join(m.candidate.label for m in new)}: gain {scored.gain - base:.0f} of {top - base:.0f}, "
+        f"chance {threshold:.1f}, rise {rise:.2f}"
+    )
+    return new
+
+
+def _taken(search: Search, members: Sequence[Member], more: Sequence[Member]) -> tuple[Member, ...]:
+    found = search.fitted((*members, *more))
+    return tuple(members) if found is None else found.members
+
+
+def _questioned(search: Search, members: Sequence[Member]) -> tuple[Member, ...]:
+    """Takes out what does not matter, replaces what another explains better, merges two that one explains."""
+    members = tuple(members)
+    for _ in range(2 * len(members) + 2):
+        smaller = _without_idle(search, members)
+        other = _replaced(search, smaller)
+        if {m.candidate.label for m in other} == {m.candidate.label for m in members}:
+            return other
+        members = other
+    return members
+
+
+def _without_idle(search: Search, members: tuple[Member, ...]) -> tuple[Member, ...]:
+    while True:
+        whole = search.fitted(members)
+        idle = []
+        for m in members:
+            if m.held:
+                continue
+            rise = rise_without(search, whole, m)
+            if rise < search.matters:
+                idle.append((rise, m))
+        if not idle:
+            return whole.members
+        rise, m = min(idle, key=lambda pair: pair[0])
+        search.trail.append(f"drop {m.candidate.label}: rise {rise:.3f}")
+        members = tuple(x for x in whole.members if x.candidate.label != m.candidate.label)
+
+
+def rise_without(search: Search, whole: Fit, member: Member) -> float:
+    """Rise of the held-out squared error per sample, on the most affected axis, when `member` is taken out."""
+    rest = [x for x in whole.members if x.candidate.label != member.candidate.label]
+    out = search.fitted(rest)
+    return float(rises(whole, out).max())
+
+
+def rises(whole: Fit, out: Fit) -> Array:
+    """Rise of the held-out squared error per sample from one fit to another, axis by axis."""
+    rows = np.maximum(whole.sums.rows.sum(axis=1), 1)
+    return (heldout_error(out) - heldout_error(whole)).sum(axis=1) / rows
+
+
+def heldout_error(found: Fit) -> Array:
+    """Held-out squared error of a fit by axis and block: its numbers fitted again on the other folds, linearised."""
+    return held_out(found.sums)[0]
+
+
+def _replaced(search: Search, members: tuple[Member, ...]) -> tuple[Member, ...]:
+    """Replaces one member, or two, by one that is absent and explains the flights better or as well."""
+    free = [m for m in members if not m.held]
+    whole = search.fitted(members)
+    for size in (2, 1):
+        for out in combinations(free, size):
+            labels = {m.candidate.label for m in out}
+            rest = tuple(m for m in members if m.candidate.label not in labels)
+            for other in alternatives(search, rest, labels, whole.cost, share=0.8):
+                better = whole.cost - other.cost
+                count = sum(m.candidate.count(search.observation.vehicle) for m in out)
+                new = other.members[-1]
+                simpler = count - new.candidate.count(search.observation.vehicle) + 4 * (size - 1)
+                if better > -2.0 * max(simpler, 0) and (better > 2.0 or simpler > 0):
+                    search.trail.append(f"replace {' '.join(sorted(labels))} by {new.candidate.label}: {better:.0f}")
+                    return other.members
+    return members
+
+
+def alternatives(search: Search, rest: tuple[Member, ...], labels: set[str], cost: float, share: float) -> list[Fit]:
+    """Fits of `rest` with one absent effect, for those whose linear gain comes near what was there, best first.
+
+    labels: what was taken out; cost: the squared error of the model that had it.
+    """
+    without = search.fitted(rest)
+    if without is None:
+        return []
+    joint, found = search.joint(rest)
+    subsets = SubsetSearch(search.sums(joint), found)
+    mine = [i for i, c in enumerate(found.choices) if c.candidate.label not in labels]
+    base = subsets.score([()])[0].gain
+    lost = without.cost - cost
+    scored = [s for s in subsets.score([(i,) for i in mine]) if s.gain - base > share * lost]
+    scored.sort(key=lambda s: -s.gain)
+    fits, done = [], set()
+    for s in scored[:8]:
+        choice = found.choices[s.chosen[0]]
+        if choice.candidate.label in done:
+            continue
+        done.add(choice.candidate.label)
+        theta = s.theta[len(found.of_members) :]
+        start = start_of(choice, places(choice.candidate, search.observation.vehicle), theta)
+        made = search.fitted((*rest, Member(choice.candidate, start)))
+        if made is not None:
+            fits.append(made)
+    return sorted(fits, key=lambda f: f.cost)

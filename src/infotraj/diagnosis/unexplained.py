@@ -1,0 +1,246 @@
+"""Whether structured error is left that no effect of the model explains, where it is, and what it goes with.
+
+What is left of the fitted model, ordinary tolerances taken off, is averaged over 50 ms and predicted on held-out
+flights from named quantities, from what the vehicle did in the last second, and from random features of the motion (a
+Gaussian process by its features). Turbulence and sensor noise cannot be predicted so, whatever their colour; an effect
+that nobody listed can. Its size is judged as an effect's: by the rise of the whitened error that it makes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from infotraj.diagnosis.features import bins, memory, named, random_features
+from infotraj.diagnosis.fitting import Fit
+from infotraj.diagnosis.search import Search
+from infotraj.diagnosis.tolerance import nuisance
+from infotraj.diagnosis.whitened import noise_model, whiten
+from infotraj.rotations import Array
+
+_RIDGES = 10.0 ** np.arange(-1.0, 5.5, 0.5)
+_SHIFTS = 12
+_TERMS = 3
+_LEAST_SHARE = 0.05
+
+
+@dataclass(frozen=True)
+class Structure:
+    """What is left on one axis.
+
+    share: of the error (50 ms means) that held-out flights predict, chance: the most that a shifted residual gives;
+    rise: of the whitened squared error a sample, in units of the floor; goes_with: quantities it correlates with most;
+    hint: a sparse formula that holds up on held-out flights, its share, or None.
+    """
+
+    axis: str
+    share: float
+    chance: float
+    rise: float
+    goes_with: tuple[tuple[str, float], ...]
+    hint: str | None
+    hint_share: float
+
+
+@dataclass(frozen=True)
+class Unexplained:
+    """found: whether structured error that matters is left; axes: where it is, largest first; every: all axes."""
+
+    found: bool
+    axes: tuple[Structure, ...]
+    every: dict[str, Structure] = field(default_factory=dict)
+
+
+def unexplained(search: Search, whole: Fit, rng: np.random.Generator) -> Unexplained:
+    """Looks for structure in what the fitted model `whole` leaves."""
+    left = _left(search, whole)
+    o = search.observation
+    model = o.model(whole.members)
+    predictions = [model.predict(s.prepared) for s in o.samples]
+    names = []
+    for s in o.samples:
+        names += [c.name for c in s.channels if c.name not in names]
+    predicted = [[np.zeros_like(x) for x in flight] for flight in left]
+    held: dict[str, tuple[float, float, tuple, str | None, float]] = {}
+    for name in names:
+        table = _table(search, left, predictions, name, rng)
+        ridge = _Ridge(table.features, table.fold)
+        for i in range(3):
+            axis, outcome, fitted = _axis(table, ridge, i)
+            held[axis] = outcome
+            for (flight, place, gathered), part in zip(table.where, np.split(fitted, table.cuts), strict=True):
+                channel = o.samples[flight].channels[place]
+                per_sample = part / gathered.size if channel.difference else part
+                predicted[flight][place][:, i] = per_sample[gathered.of_sample]
+    rises = _rises(search, left, predicted)
+    every = {
+        axis: Structure(axis, share, chance, rises[axis], goes, hint, hint_share)
+        for axis, (share, chance, goes, hint, hint_share) in held.items()
+    }
+    real = [s for s in every.values() if s.share > max(s.chance, _LEAST_SHARE) and s.rise > search.matters]
+    return Unexplained(bool(real), tuple(sorted(real, key=lambda s: -s.rise)), every)
+
+
+def _left(search: Search, whole: Fit) -> list[list[Array]]:
+    """Residuals of the fitted model less what ordinary tolerances explain, one (m, 3) a channel of a flight."""
+    joint, found = search.joint(list(whole.members))
+    columns, deviation = nuisance(found)
+    index = [*found.of_members, *columns]
+    if not index:
+        return [[x[:, :, 0] for x in flight] for flight in joint]
+    gram, right, _ = search.sums(joint).total()
+    gram, right = gram.sum(axis=0)[np.ix_(index, index)], right.sum(axis=0)[index]
+    prior = np.concatenate([np.full(len(found.of_members), 1e-6), 1 / deviation**2])
+    theta = np.linalg.solve(gram + np.diag(prior), right)
+    take = np.array(index) + 1
+    return [[x[:, :, 0] - x[:, :, take] @ theta for x in flight] for flight in joint]
+
+
+@dataclass(frozen=True)
+class _Table:
+    """Targets (N, 3) and features (N, d) of one channel over all flights, named ones first, and folds (N,)."""
+
+    axes: tuple[str, ...]
+    target: Array
+    features: Array
+    names: tuple[str, ...]
+    fold: Array
+    where: list
+    cuts: Array
+
+
+def _table(search: Search, left, predictions, name: str, rng: np.random.Generator) -> _Table:
+    o = search.observation
+    targets, tables, memories, folds, where = [], [], [], [], []
+    axes: tuple[str, ...] = ()
+    for number, s in enumerate(o.samples):
+        for place, channel in enumerate(s.channels):
+            if channel.name != name:
+                continue
+            axes = channel.axes
+            gathered = bins(s, channel)
+            total = np.stack([np.bincount(gathered.of_sample, left[number][place][:, i]) for i in range(3)], axis=1)
+            targets.append(total if channel.difference else total / gathered.size[:, None])
+            tables.append(named(s, predictions[number], gathered.time))
+            memories.append(memory(s, predictions[number], gathered.time))
+            block = o.blocks.of_sample[number][place]
+            first = np.concatenate([[0], np.flatnonzero(np.diff(gathered.of_sample)) + 1])
+            folds.append(o.blocks.fold[block[first]])
+            where.append((number, place, gathered))
+    names = [n for n in tables[0] if all(n in t for t in tables)]
+    plain = np.concatenate([np.stack([t[n] for n in names], axis=1) for t in tables])
+    past = np.concatenate(memories)
+    z = (plain - plain.mean(axis=0)) / np.maximum(plain.std(axis=0), 1e-9)
+    moves = plain.std(axis=0) > 1e-6 * np.maximum(np.abs(plain).max(axis=0), 1e-12)
+    place = [k for k, n in enumerate(names) if n in ("px", "py", "pz") and moves[k]]
+    motion = [
+        k
+        for k, n in enumerate(names)
+        if moves[k]
+        and n.split()[0] in ("px", "py", "pz", "vx", "vy", "vz", "R13", "R23", "R33", "R11", "R21", "wx", "wy", "wz")
+    ]
+    parts = [z[:, moves], np.ones((len(z), 1)), _standard(past)]
+    if place:
+        parts.append(random_features(z[:, place], rng, 0.7))
+    if motion:
+        parts.append(random_features(z[:, motion], rng, 1.0))
+    kept = tuple(n for n, m in zip(names, moves, strict=True) if m)
+    cuts = np.cumsum([len(t) for t in targets])[:-1]
+    return _Table(
+        axes, np.concatenate(targets), np.concatenate(parts, axis=1), kept, np.concatenate(folds), where, cuts
+    )
+
+
+def _standard(x: Array) -> Array:
+    return (x - x.mean(axis=0)) / np.maximum(x.std(axis=0), 1e-9) if x.shape[1] else x
+
+
+def _axis(table: _Table, ridge: _Ridge, i: int) -> tuple[str, tuple, Array]:
+    y = table.target[:, i]
+    size = max(float(y.std()), 1e-300)
+    share, fitted = ridge.held_out(y / size)
+    null = 0.0
+    if share > _LEAST_SHARE:
+        for k in range(1, _SHIFTS + 1):
+            shifted = y.copy()
+            for f in np.unique(table.fold):
+                rows = np.flatnonzero(table.fold == f)
+                shifted[rows] = np.roll(y[rows], round(len(rows) * k / (_SHIFTS + 1)))
+            null = max(null, ridge.held_out(shifted / size)[0])
+    columns = table.features[:, : len(table.names)]
+    spread = columns.std(axis=0) * max(float(y.std()), 1e-300)
+    correlation = (columns * (y - y.mean())[:, None]).mean(axis=0) / np.maximum(spread, 1e-300)
+    order = np.argsort(-np.abs(correlation))[:3]
+    goes = tuple((table.names[k], float(correlation[k])) for k in order)
+    hint, hint_share = None, 0.0
+    if share > max(_LEAST_SHARE, null):
+        hint, hint_share = _formula(columns, table.names, y / size, table.fold, table.axes[i])
+    return table.axes[i], (share, null, goes, hint, hint_share), fitted * size
+
+
+class _Ridge:
+    """Ridge regression of any target (N,) on features (N, d), fitted on all folds but one and tested on that one."""
+
+    def __init__(self, x: Array, fold: Array) -> None:
+        self.parts = []
+        grams = {f: x[fold == f].T @ x[fold == f] for f in np.unique(fold)}
+        gram = sum(grams.values())
+        for f in grams:
+            values, vectors = np.linalg.eigh(gram - grams[f])
+            along_train, along_test = x[fold != f] @ vectors, x[fold == f] @ vectors
+            self.parts.append((fold == f, along_train, along_test, np.maximum(values, 0.0)))
+
+    def held_out(self, y: Array) -> tuple[float, Array]:
+        """Share of y's square that is predicted, its ridge chosen there, and the prediction (N,)."""
+        total = np.zeros((len(_RIDGES), len(y)))
+        for out, train, test, values in self.parts:
+            theta = (train.T @ y[~out])[:, None] / (values[:, None] + _RIDGES)
+            total[:, out] = (test @ theta).T
+        errors = np.sum((y - total) ** 2, axis=1)
+        best = int(np.argmin(errors))
+        return float(1.0 - errors[best] / np.sum(y**2)), total[best]
+
+
+def _formula(x: Array, names: Sequence[str], y: Array, fold: Array, axis: str) -> tuple[str | None, float]:
+    """Up to three named terms by forward selection on the held-out error (orthogonal matching pursuit)."""
+    chosen: list[int] = []
+    best = 0.0
+    for _ in range(_TERMS):
+        scores = [(_plain_share(x[:, [*chosen, k]], y, fold), k) for k in range(x.shape[1]) if k not in chosen]
+        share, k = max(scores)
+        if share < best + 0.03:
+            break
+        chosen.append(k)
+        best = share
+    if not chosen:
+        return None, 0.0
+    return f"{axis} goes with " + " + ".join(names[k] for k in chosen), best
+
+
+def _plain_share(x: Array, y: Array, fold: Array) -> float:
+    x = np.column_stack([np.ones(len(x)), x])
+    error = 0.0
+    for f in np.unique(fold):
+        out = fold == f
+        theta = np.linalg.lstsq(x[~out], y[~out], rcond=1e-10)[0]
+        error += float(np.sum((y[out] - x[out] @ theta) ** 2))
+    return 1.0 - error / float(np.sum(y**2))
+
+
+def _rises(search: Search, left: list[list[Array]], predicted: list[list[Array]]) -> dict[str, float]:
+    """Rise of the whitened squared error a sample that the predicted structure makes, under the noise without it."""
+    o = search.observation
+    rest = [[a - b for a, b in zip(x, y, strict=True)] for x, y in zip(left, predicted, strict=True)]
+    o = o.with_noise(noise_model(o.samples, rest))
+    total: dict[str, float] = {}
+    rows: dict[str, float] = {}
+    for s, with_it, without in zip(o.samples, left, rest, strict=True):
+        white = whiten(s, o.noise, [np.stack([a, b], axis=2) for a, b in zip(with_it, without, strict=True)])
+        for channel, x in zip(s.channels, white, strict=True):
+            for i, axis in enumerate(channel.axes):
+                squares = np.sum(x[:, i] ** 2, axis=0)
+                total[axis] = total.get(axis, 0.0) + float(squares[0] - squares[1])
+                rows[axis] = rows.get(axis, 0.0) + len(x)
+    return {axis: total[axis] / rows[axis] for axis in total}

@@ -1,0 +1,230 @@
+"""What an effect sees of a flight: motion and actuators at N instants, with what follows from them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from infotraj.dynamics.actuators import turned_about
+from infotraj.rotations import Array
+from infotraj.vehicle import Vehicle
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Recorded motion of the body at N instants, what the flight does not say being None.
+
+    time (N,) s since the flight's first row; attitude (N, 3, 3) body to world; height (N,) m of the body's origin;
+    velocity (N, 3) m/s, body axes; rate (N, 3) rad/s, body axes; battery (N,) V.
+    """
+
+    time: Array
+    attitude: Array | None
+    height: Array | None
+    velocity: Array | None
+    rate: Array | None
+    battery: Array | None
+
+
+@dataclass(frozen=True)
+class Actuation:
+    """Actuators at N instants: rotor input (N, rotors), rad/s or throttle, tilt (N, tilts) rad, and their slopes."""
+
+    rotor: Array
+    rotor_slope: Array
+    tilt: Array
+    tilt_slope: Array
+    _kept: dict[str, Any] = field(default_factory=dict, repr=False)
+
+    def keep(self, name: str, make: Callable[[], Any]) -> Any:
+        """What follows from the actuators alone, made once."""
+        if name not in self._kept:
+            self._kept[name] = make()
+        return self._kept[name]
+
+
+@dataclass(frozen=True)
+class OriginPath:
+    """Specific force of the body's origin, m/s^2, world axes, from `start` to `stop` (s since the first row).
+
+    at(time (N,) s) gives it, (N, 3), between the recorded samples. first_speed (m/s): the origin's at the start, NaN
+    where the flight does not say.
+    """
+
+    start: float
+    stop: float
+    first_speed: float
+    at: Callable[[Array], Array]
+
+
+@dataclass(frozen=True)
+class Along:
+    """Motion and actuators at N instants of a flight, body axes and SI units throughout."""
+
+    vehicle: Vehicle
+    motion: Motion
+    actuation: Actuation
+    of_flight: Callable[[Any, Callable[[OriginPath], Any]], Any] | None = None
+    thrust: Array | None = None
+    _kept: dict[str, Any] = field(default_factory=dict, repr=False)
+
+    @property
+    def count(self) -> int:
+        """The number of instants N."""
+        return len(self.motion.time)
+
+    @property
+    def time(self) -> Array:
+        """Time (N,) s since the flight's first row."""
+        return self.motion.time
+
+    @property
+    def attitude(self) -> Array:
+        """Rotation (N, 3, 3), body to world."""
+        return self.motion.attitude
+
+    @property
+    def velocity(self) -> Array:
+        """Velocity of the body's origin (N, 3) m/s, body axes."""
+        return self.motion.velocity
+
+    @property
+    def rate(self) -> Array:
+        """Angular velocity (N, 3) rad/s, body axes."""
+        return self.motion.rate
+
+    @property
+    def tilt(self) -> Array:
+        """Tilts of the arms (N, tilts) rad, play and bias included."""
+        return self.actuation.tilt
+
+    @property
+    def nominal_thrust(self) -> Array:
+        """k_F w^2, or the polynomial of the throttle (N, rotors), N, without any effect."""
+        return self.actuation.keep("nominal_thrust", self._nominal_thrust)
+
+    @property
+    def speed(self) -> Array:
+        """Rotor speeds (N, rotors) rad/s; of a throttle rotor sqrt(T / k_F)."""
+        return self.actuation.keep("speeds", self._speeds)[0]
+
+    @property
+    def speed_slope(self) -> Array:
+        """Their rate of change (N, rotors) rad/s^2."""
+        return self.actuation.keep("speeds", self._speeds)[1]
+
+    @property
+    def position(self) -> Array:
+        """Rotor positions (N, rotors, 3) m."""
+        return self._frames()[0]
+
+    @property
+    def axis(self) -> Array:
+        """Thrust axes (N, rotors, 3), unit."""
+        return self._frames()[1]
+
+    @property
+    def air_velocity(self) -> Array:
+        """Velocity of the rotors through the air (N, rotors, 3) m/s: v + omega x p, the air at rest."""
+        return self._keep("air", lambda: _air_velocity(self.velocity, self.rate, *self._frames()))[0]
+
+    @property
+    def axial_velocity(self) -> Array:
+        """Its part along the thrust axis (N, rotors) m/s: v_r . d."""
+        return self._keep("air", lambda: _air_velocity(self.velocity, self.rate, *self._frames()))[1]
+
+    @property
+    def rotor_height(self) -> Array:
+        """Heights of the rotors above z = 0 (N, rotors) m."""
+
+        def height() -> Array:
+            down = self.attitude[:, 2, :]
+            return self.motion.height[:, None] + np.einsum("ni,nri->nr", down, self.position)
+
+        return self._keep("rotor_height", height)
+
+    def _keep(self, name: str, make: Callable[[], Any]) -> Any:
+        if name not in self._kept:
+            self._kept[name] = make()
+        return self._kept[name]
+
+    def _frames(self) -> tuple[Array, Array]:
+        return self.actuation.keep("frames", lambda: rotor_frames(self.vehicle, self.tilt))
+
+    def _nominal_thrust(self) -> Array:
+        x = self.actuation.rotor
+        c0, c1, c2 = _thrust_polynomials(self.vehicle)
+        return c0 + (c1 + c2 * x) * x
+
+    def _speeds(self) -> tuple[Array, Array]:
+        x, slope = self.actuation.rotor, self.actuation.rotor_slope
+        throttle = np.array([r.input == "throttle" for r in self.vehicle.rotors])
+        if not throttle.any():
+            return x, slope
+        k_f = np.array([r.thrust_coefficient or np.nan for r in self.vehicle.rotors])
+        _, c1, c2 = _thrust_polynomials(self.vehicle)
+        speed = np.sqrt(np.maximum(self.nominal_thrust, 0.0) / k_f)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            rise = np.where(speed > 0, (c1 + 2 * c2 * x) * slope / (2 * k_f * speed), 0.0)
+        return np.where(throttle, speed, x), np.where(throttle, rise, slope)
+
+
+def rotor_frames(vehicle: Vehicle, tilt: Array) -> tuple[Array, Array]:
+    """Rotor positions (m) and thrust axes, each (N, rotors, 3), for tilts (N, tilts) rad."""
+    of_rotor = np.array([-1 if r.tilt is None else r.tilt for r in vehicle.rotors])
+    return _frames(np.cos(tilt), np.sin(tilt), of_rotor, _frame_parts(vehicle))
+
+
+def _thrust_polynomials(vehicle: Vehicle) -> Array:
+    """Coefficients (3, rotors) of the thrust (N) in the rotor's input."""
+    rows = [(0.0, 0.0, r.thrust_coefficient) if r.input == "speed" else r.thrust_polynomial for r in vehicle.rotors]
+    return np.array(rows, dtype=float).T
+
+
+def _frame_parts(vehicle: Vehicle) -> Array:
+    """Constant, cosine and sine part of every rotor's position and axis (Rodrigues), (rotors, 3 parts, 6)."""
+    parts = np.zeros((len(vehicle.rotors), 3, 6))
+    for i, rotor in enumerate(vehicle.rotors):
+        for columns, vector in ((slice(0, 3), rotor.position), (slice(3, 6), rotor.axis)):
+            if rotor.tilt is None:
+                parts[i, 0, columns] = vector
+                continue
+            about = vehicle.tilts[rotor.tilt].axis
+            half, quarter = turned_about(about, np.pi, vector), turned_about(about, np.pi / 2, vector)
+            parts[i, 0, columns] = (np.asarray(vector) + half) / 2
+            parts[i, 1, columns] = (np.asarray(vector) - half) / 2
+            parts[i, 2, columns] = quarter - parts[i, 0, columns]
+    return parts
+
+
+@njit(cache=True)
+def _frames(cosine, sine, of_rotor, parts):
+    count, rotors = len(cosine), len(of_rotor)
+    position, axis = np.empty((count, rotors, 3)), np.empty((count, rotors, 3))
+    for n in range(count):
+        for r in range(rotors):
+            c, s = (cosine[n, of_rotor[r]], sine[n, of_rotor[r]]) if of_rotor[r] >= 0 else (0.0, 0.0)
+            for i in range(3):
+                position[n, r, i] = parts[r, 0, i] + c * parts[r, 1, i] + s * parts[r, 2, i]
+                axis[n, r, i] = parts[r, 0, 3 + i] + c * parts[r, 1, 3 + i] + s * parts[r, 2, 3 + i]
+    return position, axis
+
+
+@njit(cache=True)
+def _air_velocity(velocity, rate, position, axis):
+    count, rotors = position.shape[:2]
+    air, axial = np.empty((count, rotors, 3)), np.empty((count, rotors))
+    for n in range(count):
+        wx, wy, wz = rate[n, 0], rate[n, 1], rate[n, 2]
+        for r in range(rotors):
+            x, y, z = position[n, r, 0], position[n, r, 1], position[n, r, 2]
+            a = velocity[n, 0] + wy * z - wz * y
+            b = velocity[n, 1] + wz * x - wx * z
+            c = velocity[n, 2] + wx * y - wy * x
+            air[n, r, 0], air[n, r, 1], air[n, r, 2] = a, b, c
+            axial[n, r] = a * axis[n, r, 0] + b * axis[n, r, 1] + c * axis[n, r, 2]
+    return air, axial

@@ -1,0 +1,242 @@
+"""What an effect is: a name, parameters with units, and one hook at the place where it acts."""
+
+from __future__ import annotations
+
+from abc import ABC
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
+
+import numpy as np
+
+from infotraj.effects.channels import missing_channel
+from infotraj.effects.laws import ActuatorLaw, BodyLaw, ImuLaw
+from infotraj.errors import InputError, problem
+from infotraj.flight import Flight
+from infotraj.rotations import Array
+from infotraj.vehicle import Vehicle
+
+if TYPE_CHECKING:
+    from infotraj.effects.along import Along
+
+Place = Literal["actuators", "thrust", "wrench", "rigid body", "measurement"]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter of an effect.
+
+    scale: its usual size, and the step of finite differences; bounds: outside them it is not physical. size: 1 for a
+    number, 3 for a vector, "tilts" for one number a tilt. index: a place in a list, chosen and never fitted. optional:
+    one of several forms of the effect (see `Effect.form`). absent: the value that leaves the model as it was; None
+    says that it depends on the vehicle (`Effect.absent`).
+    """
+
+    name: str
+    unit: str
+    scale: float
+    bounds: tuple[float, float]
+    absent: float | None = 0.0
+    size: int | Literal["tilts"] = 1
+    index: bool = False
+    optional: bool = False
+    meaning: str = ""
+
+    def count(self, vehicle: Vehicle) -> int:
+        """How many numbers it holds for this vehicle."""
+        return len(vehicle.tilts) if self.size == "tilts" else int(self.size)
+
+
+@dataclass(frozen=True)
+class Load:
+    """Something that hangs from the body's origin and pulls along `direction` (N, 3), body axes, unit.
+
+    It pulls with mass x (swing - direction . f), f being the specific force (m/s^2) of the body's origin and swing
+    (N,) m/s^2 the part of the load's own motion. `mass` in kg.
+    """
+
+    direction: Array
+    swing: Array
+    mass: float
+
+
+class Effect(ABC):
+    """A named, parametrised change of the model. Subclasses set the class variables and override hooks.
+
+    An instance holds parameter values as attributes: `LinearDrag(d=[0.1, 0.1, 0.2])`. Parameters that are not given
+    take the value in `absent`. Hooks get an `Along`: the motion and the actuators at N instants of a flight.
+    """
+
+    name: ClassVar[str]
+    place: ClassVar[Place]
+    parameters: ClassVar[tuple[Parameter, ...]]
+    needs: ClassVar[tuple[str, ...]] = ()  # to be seen in a flight (words of `channels.missing_channel`)
+    needs_to_act: ClassVar[tuple[str, ...]] = ()  # to be evaluated along a flight at all
+    source: ClassVar[str] = ""
+    hidden_when: ClassVar[str] = ""
+    repeatable: ClassVar[bool] = False
+    linear: ClassVar[bool] = False
+
+    def __init__(self, **values: Any) -> None:
+        known = {p.name for p in self.parameters}
+        unknown = sorted(set(values) - known)
+        if unknown:
+            raise InputError(
+                problem(f"{self.name}: unknown parameter {unknown[0]}", " or ".join(sorted(known)), "Correct the name.")
+            )
+        for p in self.parameters:
+            value = values.get(p.name, p.absent)
+            setattr(self, p.name, None if value is None else self._checked(p, value))
+
+    def _checked(self, p: Parameter, value: Any) -> float | int | Array:
+        try:
+            array = np.atleast_1d(np.asarray(value, dtype=float))
+        except (TypeError, ValueError):
+            array = np.array([np.nan])
+        if p.size == "tilts":
+            good = array.ndim == 1
+        elif array.size == 1 and p.size != 1 and p.absent is not None and array[0] == p.absent:
+            array, good = np.full(p.size, array[0]), True
+        else:
+            good = array.shape == (p.size,)
+        if not good or not np.isfinite(array).all():
+            wanted = f"{p.size if p.size != 1 else 'one'} finite number{'' if p.size == 1 else 's'} ({p.unit})"
+            raise InputError(problem(f"{self.name}: {p.name} is {value!r}", wanted, "Correct the value."))
+        if p.index:
+            if array[0] != int(array[0]) or array[0] < 0:
+                raise InputError(problem(f"{self.name}: {p.name} is {value!r}", "a whole number from 0", "Correct it."))
+            return int(array[0])
+        if p.size == 1:
+            return float(array[0])
+        array.setflags(write=False)
+        return array
+
+    @classmethod
+    def form(cls, vehicle: Vehicle, flight: Flight) -> tuple[Parameter, ...]:
+        """The parameters to fit on this vehicle and flight: all that are not an index, unless overridden."""
+        return tuple(p for p in cls.parameters if not p.index)
+
+    @classmethod
+    def absent(cls, vehicle: Vehicle, parameter: Parameter) -> Array:
+        """The value (count,) that leaves this vehicle's model as it was."""
+        if parameter.absent is None:
+            raise NotImplementedError(f"{cls.name}: override `absent` for {parameter.name}")
+        return np.full(parameter.count(vehicle), parameter.absent)
+
+    @classmethod
+    def starts(cls, vehicle: Vehicle, parameters: tuple[Parameter, ...]) -> list[dict[str, Any]]:
+        """Values (of `parameters`) to start a fit from: one of usual size, more where one would not do."""
+        return [{p.name: cls.absent(vehicle, p) + cls.scale(vehicle, p) for p in parameters}]
+
+    @classmethod
+    def bounds(cls, vehicle: Vehicle, parameter: Parameter) -> tuple[float, float]:
+        """Lowest and highest physical value on this vehicle."""
+        return parameter.bounds
+
+    @classmethod
+    def scale(cls, vehicle: Vehicle, parameter: Parameter) -> float:
+        """Usual size on this vehicle, as a change from the absent value."""
+        return parameter.scale
+
+    @classmethod
+    def cannot_show(cls, vehicle: Vehicle, flight: Flight) -> str | None:
+        """Why this effect cannot be seen with this vehicle in this flight, or None where it can."""
+        return _first_missing(cls.needs, vehicle, flight) or cls.hidden(vehicle, flight)
+
+    @classmethod
+    def hidden(cls, vehicle: Vehicle, flight: Flight) -> str | None:
+        """The part of `cannot_show` that is the effect's own, asked when every channel it needs is there."""
+        return None
+
+    def missing(self, vehicle: Vehicle, flight: Flight) -> str | None:
+        """Why the effect with these values cannot be evaluated along the flight, or None."""
+        return _first_missing(self.needs_to_act, vehicle, flight)
+
+    @cached_property
+    def values(self) -> dict[str, float | int | list[float]]:
+        """Parameter values as a file holds them; those of other forms (None) are left out."""
+        held = {p.name: getattr(self, p.name) for p in self.parameters}
+        return {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in held.items() if v is not None}
+
+    @cached_property
+    def key(self) -> tuple[Any, ...]:
+        """Name and values, to look results up by."""
+        return (self.name, type(self), *((k, tuple(v) if isinstance(v, list) else v) for k, v in self.values.items()))
+
+    def with_values(self, values: Mapping[str, Any]) -> Effect:
+        """The same effect with some values replaced."""
+        return type(self)(**{**self.values, **values})
+
+    def check(self, vehicle: Vehicle) -> None:
+        """InputError where the values do not fit this vehicle: a rotor that it does not have, a wrong count."""
+        for p in self.parameters:
+            value = getattr(self, p.name)
+            if value is not None and p.size == "tilts" and np.size(value) not in (len(vehicle.tilts), 1):
+                raise InputError(
+                    problem(
+                        f"{self.name}: {p.name} holds {np.size(value)} numbers",
+                        f"{len(vehicle.tilts)}, one a tilt of {vehicle.name}",
+                        "Correct the list.",
+                    )
+                )
+
+    def is_absent(self, vehicle: Vehicle) -> bool:
+        """True where the values leave this vehicle's model as it was."""
+        fitted = [p for p in self.parameters if not p.index]
+        held = [(p, getattr(self, p.name)) for p in fitted]
+        return all(v is None or np.all(np.asarray(v) == self.absent(vehicle, p)) for p, v in held)
+
+    def __repr__(self) -> str:
+        return f"{self.name}({', '.join(f'{k}={v}' for k, v in self.values.items())})"
+
+    # Hooks, in the order in which they act. An effect overrides those that it needs.
+
+    def actuators(self, law: ActuatorLaw) -> ActuatorLaw:
+        """How the actuators follow their commands with this effect."""
+        return law
+
+    def thrust_factor(self, along: Along) -> Array | float:
+        """What multiplies the rotors' thrust: a number, (rotors,) or (N, rotors)."""
+        return 1.0
+
+    def thrust_loss(self, along: Along) -> Array | float:
+        """Thrust (N) that the rotors lose, (N, rotors), taken off after all factors."""
+        return 0.0
+
+    def reaction_factor(self, along: Along) -> Array | float:
+        """What multiplies the rotors' reaction torque: a number, (rotors,) or (N, rotors)."""
+        return 1.0
+
+    def rotor_force(self, along: Along) -> Array | None:
+        """A further force (N) at each rotor, (N, rotors, 3), body axes."""
+        return None
+
+    def rotor_momentum(self, along: Along) -> tuple[Array, Array] | None:
+        """Angular momentum of the rotors (N m s) and its rate of change in body axes (N m), each (N, 3)."""
+        return None
+
+    def wrench(self, along: Along) -> Array | None:
+        """Force (N) and torque (N m) about the body's origin, body axes, (N, 6)."""
+        return None
+
+    def load(self, along: Along) -> Load | None:
+        """Something that hangs from the body's origin."""
+        return None
+
+    def body(self, law: BodyLaw) -> BodyLaw:
+        """The rigid body with this effect."""
+        return law
+
+    def imu(self, law: ImuLaw) -> ImuLaw:
+        """What the IMU measures with this effect."""
+        return law
+
+
+def _first_missing(needs: tuple[str, ...], vehicle: Vehicle, flight: Flight) -> str | None:
+    return next((reason for reason in (missing_channel(n, vehicle, flight) for n in needs) if reason is not None), None)
+
+
+def overrides(effect: Effect, hook: str) -> bool:
+    """True where the effect's class defines `hook` itself."""
+    return getattr(type(effect), hook) is not getattr(Effect, hook)

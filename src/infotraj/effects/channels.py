@@ -1,0 +1,79 @@
+"""Which channels of a flight there are, in the words of an effect's `needs`, and why one that is missing is missing."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
+from infotraj.vehicle import Vehicle
+
+
+def rotor_columns(vehicle: Vehicle, prefix: str = "cmd_rotor_") -> list[str]:
+    """Names of the rotors' columns."""
+    return [f"{prefix}{i}" for i in range(len(vehicle.rotors))]
+
+
+def tilt_columns(vehicle: Vehicle, prefix: str = "cmd_tilt_") -> list[str]:
+    """Names of the tilts' columns."""
+    return [f"{prefix}{i}" for i in range(len(vehicle.tilts))]
+
+
+def is_derived(flight: Flight, columns: tuple[str, ...]) -> bool:
+    """True where the flight's metadata says that one of these columns was derived, not measured."""
+    derived = flight.meta.get("derived", ()) or ()
+    return any(c in derived for c in columns)
+
+
+def missing_channel(need: str, vehicle: Vehicle, flight: Flight) -> str | None:
+    """None where the flight and the vehicle offer `need`, else the reason in words."""
+    if need == "mass":
+        return "the vehicle file gives no mass" if vehicle.mass is None else None
+    if need == "inertia":
+        return "the vehicle file gives no inertia" if vehicle.inertia is None else None
+    if need == "tilts":
+        return None if vehicle.tilts else "the vehicle has no tilts"
+    if need == "radius":
+        return None if all(r.radius for r in vehicle.rotors) else "the vehicle file gives no rotor radius"
+    if need == "rotor speed":
+        known = all(r.thrust_coefficient is not None for r in vehicle.rotors)
+        return None if known else "no rotor speed: the rotors take a throttle and have no thrust_coefficient"
+    if need == "attitude":
+        return None if flight.has(*ATTITUDE) else "the flight has no attitude (qw..qz)"
+    if need == "height":
+        reason = missing_channel("attitude", vehicle, flight)
+        return reason or (None if flight.has("pz") else "the flight has no height (pz)")
+    if need == "velocity":
+        reason = missing_channel("attitude", vehicle, flight)
+        known = flight.has(*VELOCITY) or flight.has(*POSITION)
+        return reason or (None if known else "the flight has neither velocity nor position")
+    if need == "rate":
+        return None if flight.has(*RATE) or flight.has(*ATTITUDE) else "the flight has neither rates nor attitude"
+    if need == "gyro":
+        if not flight.has(*RATE):
+            return "the flight has no measured rates (wx, wy, wz)"
+        return "the rates are derived from the attitude, not measured" if is_derived(flight, RATE) else None
+    if need == "accelerometer":
+        if not flight.has(*SPECIFIC_FORCE):
+            return "the flight has no measured specific force (ax, ay, az)"
+        derived = is_derived(flight, SPECIFIC_FORCE)
+        return "the specific force is derived from the velocity, not measured" if derived else None
+    if need == "specific force":
+        return None if flight.has(*SPECIFIC_FORCE) else "the flight has no specific force (ax, ay, az)"
+    if need == "body motion":
+        reason = missing_channel("attitude", vehicle, flight)
+        known = flight.has(*SPECIFIC_FORCE) or flight.has(*VELOCITY) or flight.has(*POSITION)
+        return reason or (None if known else "the flight has neither specific force nor velocity nor position")
+    if need == "rotor commands":
+        return None if flight.has(*rotor_columns(vehicle)) else "the flight has no rotor commands (cmd_rotor_*)"
+    if need == "tilt commands":
+        if not vehicle.tilts:
+            return "the vehicle has no tilts"
+        return None if flight.has(*tilt_columns(vehicle)) else "the flight has no tilt commands (cmd_tilt_*)"
+    if need == "moving command":
+        return None if _any_command_moves(vehicle, flight) else "no command changes during the flight"
+    raise ValueError(f"unknown need {need!r}")
+
+
+def _any_command_moves(vehicle: Vehicle, flight: Flight) -> bool:
+    columns = [c for c in rotor_columns(vehicle) + tilt_columns(vehicle) if flight.has(c)]
+    return any(np.nanmax(x) > np.nanmin(x) for x in (flight.get(c) for c in columns))

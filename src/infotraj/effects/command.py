@@ -1,0 +1,82 @@
+"""`infotraj effects`: the catalogue on the command line."""
+
+from __future__ import annotations
+
+import inspect
+import json
+from pathlib import Path
+
+import click
+
+from infotraj.effects.base import Effect, Parameter
+from infotraj.effects.registry import catalogue, effect_class
+
+
+@click.group("effects", invoke_without_command=True)
+@click.option("--effects", "paths", multiple=True, type=click.Path(path_type=Path), help="File or folder of your own.")
+@click.option("--json", "json_path", type=click.Path(path_type=Path), help="Write the catalogue as JSON.")
+@click.pass_context
+def effects_command(context: click.Context, paths: tuple[Path, ...], json_path: Path | None) -> None:
+    """The catalogue of physical effects that a model may lack."""
+    context.obj = paths
+    if context.invoked_subcommand is not None:
+        return
+    known = catalogue(paths)
+    if json_path is not None:
+        json_path.write_text(json.dumps([described(c) for c in known.values()], indent=1) + "\n")
+    place = None
+    for cls in known.values():
+        if cls.place != place:
+            place = cls.place
+            click.echo(place)
+        names = ", ".join(f"{p.name} ({p.unit})" for p in cls.parameters)
+        click.echo(f"  {cls.name:20} {names:42} {_first_line(cls)}")
+    click.echo("Next: infotraj effects show NAME", err=True)
+
+
+@effects_command.command("show")
+@click.argument("name")
+@click.pass_obj
+def show_command(paths: tuple[Path, ...], name: str) -> None:
+    """One effect: equation, source, parameters, what it needs."""
+    cls = effect_class(name, paths)
+    click.echo(f"{cls.name}: acts on the {cls.place}\n")
+    click.echo(inspect.getdoc(cls) or "")
+    click.echo("\nParameters")
+    for p in cls.parameters:
+        click.echo(f"  {_line(p)}")
+    if cls.needs:
+        click.echo(f"Needs: {', '.join(cls.needs)}")
+    if cls.hidden_when:
+        click.echo(f"Cannot show when {cls.hidden_when}")
+    if cls.source:
+        click.echo(f"Source: {cls.source}")
+    click.echo("Next: infotraj diagnose MODEL FLIGHT..., or infotraj add MODEL EFFECT", err=True)
+
+
+def described(cls: type[Effect]) -> dict:
+    """An effect as JSON: name, place, equation, parameters, needs, source."""
+    return {
+        "name": cls.name,
+        "place": cls.place,
+        "equation": inspect.getdoc(cls) or "",
+        "parameters": [
+            {"name": p.name, "unit": p.unit, "absent": p.absent, "size": p.size, "usual": p.scale, "meaning": p.meaning}
+            for p in cls.parameters
+        ],
+        "needs": list(cls.needs),
+        "cannot_show_when": cls.hidden_when,
+        "source": cls.source,
+    }
+
+
+def _first_line(cls: type[Effect]) -> str:
+    return (inspect.getdoc(cls) or "").partition("\n")[0]
+
+
+def _line(p: Parameter) -> str:
+    count = "" if p.size == 1 else (" one a tilt" if p.size == "tilts" else f" x {p.size}")
+    absent = "as declared" if p.absent is None else f"{p.absent:g}"
+    usual = "" if p.index else f", usual size {p.scale:g}"
+    meaning = f": {p.meaning}" if p.meaning else ""
+    return f"{p.name} ({p.unit}){count}, absent {absent}{usual}{meaning}"

@@ -1,0 +1,74 @@
+"""What effects may change of a model before a flight is evaluated: the actuators' response, the body, the IMU."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from infotraj.rotations import Array
+from infotraj.vehicle import Vehicle
+
+
+@dataclass(frozen=True)
+class ActuatorLaw:
+    """How actuators follow their commands, in this order: delay, lag with rate limit, play, bias.
+
+    delay (s); rotor_time_constant (rotors,) s; tilt_time_constant (tilts,) s; tilt_max_rate (tilts,) rad/s, inf for
+    none; tilt_play (tilts,) rad, half the width; tilt_bias (tilts,) rad.
+    """
+
+    delay: float
+    rotor_time_constant: Array
+    tilt_time_constant: Array
+    tilt_max_rate: Array
+    tilt_play: Array
+    tilt_bias: Array
+
+    @classmethod
+    def declared(cls, vehicle: Vehicle) -> ActuatorLaw:
+        """The response that the vehicle file declares."""
+        none = np.zeros(len(vehicle.tilts))
+        return cls(
+            0.0,
+            np.array([r.time_constant for r in vehicle.rotors]),
+            np.array([a.time_constant for a in vehicle.tilts]),
+            np.array([a.max_rate for a in vehicle.tilts]),
+            none,
+            none,
+        )
+
+
+@dataclass(frozen=True)
+class BodyLaw:
+    """mass (kg), inertia (3, 3) kg m^2 about the centre of mass, and that centre (3,) m from the body's origin.
+
+    mass and inertia are None where the vehicle file leaves them out.
+    """
+
+    mass: float | None
+    inertia: Array | None
+    center_of_mass: Array
+
+    @classmethod
+    def declared(cls, vehicle: Vehicle) -> BodyLaw:
+        """The rigid body that the vehicle file declares."""
+        inertia = None if vehicle.inertia is None else vehicle.inertia.matrix()
+        return cls(vehicle.mass, inertia, np.array(vehicle.center_of_mass))
+
+
+@dataclass(frozen=True)
+class ImuLaw:
+    """What the IMU writes in row k: rotation @ (the body's at t[k] - delay), plus rate_bias on the rates.
+
+    rotation (3, 3); delay (s); rate_bias (3,) rad/s.
+    """
+
+    rotation: Array
+    delay: float
+    rate_bias: Array
+
+    @classmethod
+    def ideal(cls) -> ImuLaw:
+        """An IMU along the body's axes, on time and without bias."""
+        return cls(np.eye(3), 0.0, np.zeros(3))

@@ -1,0 +1,54 @@
+"""Effects on what the IMU measures. They show in the recorded motion against the IMU, not in the physics."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from infotraj import rotations
+from infotraj.effects.base import Effect, Parameter
+from infotraj.effects.laws import ImuLaw
+
+
+class GyroBias(Effect):
+    """Measured rate = true rate + b, constant over a flight."""
+
+    name = "gyro_bias"
+    place = "measurement"
+    parameters = (Parameter("b", "rad/s", 0.03, (-0.5, 0.5), size=3),)
+    needs = ("gyro", "attitude")
+    source = "Farrenkopf (1978); Titterton and Weston, Strapdown Inertial Navigation Technology, 12"
+    hidden_when = "the rates are derived from the attitude"
+
+    def imu(self, law: ImuLaw) -> ImuLaw:
+        return replace(law, rate_bias=law.rate_bias + self.b)
+
+
+class ImuMisalignment(Effect):
+    """What the IMU measures, rates and specific force, is R(rotvec) times the body's: it is mounted askew."""
+
+    name = "imu_misalignment"
+    place = "measurement"
+    parameters = (Parameter("rotvec", "rad", 0.0175, (-0.3, 0.3), size=3),)
+    needs = ("gyro", "accelerometer")
+    source = "Titterton and Weston, Strapdown Inertial Navigation Technology, 12 (mounting misalignment)"
+    hidden_when = "rates and specific force are derived, not measured"
+
+    def imu(self, law: ImuLaw) -> ImuLaw:
+        return replace(law, rotation=rotations.matrix(rotations.exp(self.rotvec)) @ law.rotation)
+
+
+class TimeOffset(Effect):
+    """The IMU in row k was sampled at t[k] - dt: its clock runs behind the pose's, or filtering delays it.
+
+    Li and Mourikis, "Online temporal calibration for camera-IMU systems" (2014), 2, with the sign of the catalogue.
+    """
+
+    name = "time_offset"
+    place = "measurement"
+    parameters = (Parameter("dt", "s", 0.01, (-0.1, 0.1)),)
+    needs = ("gyro", "accelerometer")
+    source = "Li and Mourikis (2014), 2"
+    hidden_when = "rates and specific force are derived, not measured"
+
+    def imu(self, law: ImuLaw) -> ImuLaw:
+        return replace(law, delay=law.delay + self.dt)

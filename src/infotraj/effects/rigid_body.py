@@ -1,0 +1,95 @@
+"""Effects on the rigid body: its mass, its inertia, its centre of mass."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import ClassVar
+
+import numpy as np
+
+from infotraj.effects.base import Effect, Parameter
+from infotraj.effects.laws import BodyLaw
+from infotraj.vehicle import Vehicle
+
+
+class MassOffset(Effect):
+    """True mass m = nominal + dm: the specific force is F / (nominal + dm). Newton's second law."""
+
+    name = "mass_offset"
+    place = "rigid body"
+    parameters = (Parameter("dm", "kg", 0.05, (-0.5, 1.0), meaning="true mass minus the vehicle file's"),)
+    needs = ("mass", "specific force")
+    source = "Newton's second law"
+
+    @classmethod
+    def scale(cls, vehicle: Vehicle, parameter: Parameter) -> float:
+        return 0.05 * vehicle.mass
+
+    @classmethod
+    def bounds(cls, vehicle: Vehicle, parameter: Parameter) -> tuple[float, float]:
+        return -0.5 * vehicle.mass, vehicle.mass
+
+    def body(self, law: BodyLaw) -> BodyLaw:
+        return law if law.mass is None else replace(law, mass=law.mass + self.dm)
+
+
+class InertiaError(Effect):
+    """True inertia J = nominal + diag(dxx, dyy, dzz), about the centre of mass. Euler's equations."""
+
+    name = "inertia_error"
+    place = "rigid body"
+    parameters = tuple(
+        Parameter(f"d{a}", "kg m^2", 0.01, (-1.0, 1.0), meaning=f"true J_{a} minus the vehicle file's")
+        for a in ("xx", "yy", "zz")
+    )
+    needs = ("inertia", "rate")
+    source = "Euler's equations of motion"
+    _place: ClassVar[dict[str, int]] = {"dxx": 0, "dyy": 1, "dzz": 2}
+
+    @classmethod
+    def scale(cls, vehicle: Vehicle, parameter: Parameter) -> float:
+        i = cls._place[parameter.name]
+        return 0.15 * vehicle.inertia_matrix()[i, i]
+
+    @classmethod
+    def bounds(cls, vehicle: Vehicle, parameter: Parameter) -> tuple[float, float]:
+        i = cls._place[parameter.name]
+        nominal = vehicle.inertia_matrix()[i, i]
+        return -0.8 * nominal, 4.0 * nominal
+
+    def body(self, law: BodyLaw) -> BodyLaw:
+        if law.inertia is None:
+            return law
+        return replace(law, inertia=law.inertia + np.diag([self.dxx, self.dyy, self.dzz]))
+
+
+class CenterOfMassOffset(Effect):
+    """Centre of mass at r from where the vehicle file puts it (the body's origin, if it says nothing).
+
+    With the wrench (F, tau) about the origin and J about the centre of mass: J dw = tau - r x F - w x J w, and the
+    IMU at the origin measures F/m - dw x r - w x (w x r). Featherstone, "Rigid Body Dynamics Algorithms" (2008), 2.13.
+    """
+
+    name = "com_offset"
+    place = "rigid body"
+    parameters = (Parameter("r", "m", 0.01, (-0.1, 0.1), size=3, meaning="centre of mass, body axes"),)
+    needs = ("rate",)
+    needs_to_act = needs
+    source = "Featherstone, Rigid Body Dynamics Algorithms (2008), 2.13"
+
+    @classmethod
+    def scale(cls, vehicle: Vehicle, parameter: Parameter) -> float:
+        return 0.03 * arm_length(vehicle)
+
+    @classmethod
+    def bounds(cls, vehicle: Vehicle, parameter: Parameter) -> tuple[float, float]:
+        reach = 0.5 * arm_length(vehicle)
+        return -reach, reach
+
+    def body(self, law: BodyLaw) -> BodyLaw:
+        return replace(law, center_of_mass=law.center_of_mass + self.r)
+
+
+def arm_length(vehicle: Vehicle) -> float:
+    """Mean distance (m) of the rotors from the body's origin: the size that usual offsets scale with."""
+    return float(np.mean([np.linalg.norm(r.position) for r in vehicle.rotors])) or 0.1

@@ -1,0 +1,1 @@
+"""Where a model fails: in time, in state and input space, by flight and by axis."""

@@ -1,0 +1,95 @@
+"""Places as sentences with numbers."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from infotraj.locating.lags import Lags
+from infotraj.locating.places import Place
+from infotraj.locating.quantities import Quantity
+from infotraj.locating.regions import Region
+from infotraj.locating.tree import Leaf
+from infotraj.locating.windows import TimeWindow
+
+_FOLLOWS = 0.1  # share of the squared error that must follow a quantity for the sentence to say how
+
+
+def place_sentence(place: Place) -> str:
+    """One place: where, how much worse than the rest, how much of the error, the interval, the floor, the trend."""
+    parts = []
+    at = place.region
+    if at is not None and at.low > 1.0:
+        parts.append(
+            f"{place.axis} error is {times(at.ratio)} times the rest (95 % interval {times(at.low)} to "
+            f"{times(at.high)}) when {where(place)}: {at.samples:.0%} of the samples hold {at.squares:.0%} of the "
+            "squared error, "
+            f"RMS {at.inside:.3g} {place.unit} against a floor of {place.floor:.2g}"
+        )
+    if place.other is None and place.explained > _FOLLOWS:
+        low, high = place.trend[0][0], place.trend[0][-1]
+        first, last = place.trend[1][0], place.trend[1][-1]
+        start = "it" if parts else f"{place.axis} error"
+        parts.append(
+            f"{start} follows the {place.quantity.name} ({place.explained:.0%} of the squared error): "
+            f"{signed(first)} at {low:.3g}, {signed(last)} {place.unit} at {high:.3g} {place.quantity.unit}"
+            + ("" if parts else f"; floor {place.floor:.2g} {place.unit}")
+        )
+    if not parts:
+        parts.append(f"{place.axis} error changes its spread with the {place.quantity.name}; floor {place.floor:.2g}")
+    if place.alike:
+        parts.append(f"these flights hardly tell it from: {', '.join(place.alike)}")
+    return "; ".join(parts)
+
+
+def where(place: Place) -> str:
+    """The condition in words."""
+    if place.other is not None and place.cell is not None:
+        spans = [
+            f"the {q.name} is between {low:.3g} and {high:.3g} {q.unit}"
+            for q, (low, high) in zip((place.quantity, place.other), place.cell, strict=True)
+        ]
+        return " and ".join(spans)
+    return condition(place.quantity, place.region)
+
+
+def condition(quantity: Quantity, at: Region) -> str:
+    """One side of a threshold in words."""
+    if at.side == "beyond":
+        return f"the {quantity.name} is beyond {at.threshold:.3g} {quantity.unit} either way"
+    return f"the {quantity.name} is {at.side} {at.threshold:.3g} {quantity.unit}"
+
+
+def window_sentence(window: TimeWindow, name: str) -> str:
+    """One window in time."""
+    return (
+        f"{name}: {window.axis} error is {times(window.ratio)} times the rest of the flight from {window.start:.1f} to "
+        f"{window.stop:.1f} s ({window.over_floor:.1f} times the floor; {window.share:.0%} of the squared error)"
+    )
+
+
+def leaf_sentence(axis: str, leaf: Leaf) -> str:
+    """One leaf of a tree."""
+    conditions = " and ".join(f"{name} {side} {cut:.3g} {unit}" for name, unit, side, cut in leaf.conditions)
+    return (
+        f"{axis}: {leaf.over_floor:.1f} times the floor where {conditions or 'ever it flew'} "
+        f"({leaf.samples:.0%} of the samples, {leaf.squares:.0%} of the squared error)"
+    )
+
+
+def lag_sentence(lags: Lags) -> str:
+    """What a shift in time would explain."""
+    word = "later" if lags.delay > 0 else "earlier"
+    return (
+        f"{lags.axis}: the measurement comes {1e3 * abs(lags.delay):.0f} +- {1e3 * lags.standard_error:.0f} ms "
+        f"{word} than the prediction, which would explain {lags.share:.0%} of the squared error: a delay or a lag"
+    )
+
+
+def times(x: float) -> str:
+    """A ratio with as many digits as it deserves."""
+    return f"{x:.1f}" if np.isfinite(x) and x < 100 else f"{x:.0f}"
+
+
+def signed(x: float) -> str:
+    """A number with its sign."""
+    return f"{x:+.3g}"

@@ -1,0 +1,145 @@
+"""What was located, as JSON and as text."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from infotraj.comparing.equation_error import AXES
+from infotraj.comparing.summary import by_axis, number, remarks
+from infotraj.locating import sentences
+from infotraj.locating.locating import Located
+from infotraj.locating.places import Place
+from infotraj.rotations import Array
+
+MOST = 8  # places that the text names without -v
+
+
+def as_dict(located: Located) -> dict[str, Any]:
+    """The content of `--json`; what has no answer is null."""
+    return {
+        "places": [_place(p) for p in located.places],
+        "pairs": [_place(p) for p in located.pairs],
+        "windows": [
+            {
+                "sentence": sentences.window_sentence(w, located.paths[w.flight]),
+                "path": located.paths[w.flight],
+                "axis": w.axis,
+                "from": w.start,
+                "to": w.stop,
+                "rms": w.rms,
+                "ratio": number(w.ratio),
+                "over_floor": w.over_floor,
+                "share_of_squares": w.share,
+            }
+            for w in located.windows
+        ],
+        "tree": {axis: [sentences.leaf_sentence(axis, leaf) for leaf in tree] for axis, tree in located.trees.items()},
+        "offsets": [{"axis": axis, "bias": bias, "share_of_squares": share} for axis, bias, share in located.offsets],
+        "lags": [
+            {
+                "axis": k.axis,
+                "delay": k.delay,
+                "standard_error": k.standard_error,
+                "share_of_squares": k.share,
+                "sure": k.late,
+            }
+            for k in located.lags
+        ],
+        "flights": [
+            {"path": path, "rmse": by_axis(s.rmse), "floor": by_axis(s.floor), "over_floor": by_axis(_times(s))}
+            for path, s in zip(located.paths, located.by_flight, strict=True)
+        ],
+        "rmse": by_axis(located.overall.rmse),
+        "floor": by_axis(located.overall.floor),
+        "unit": located.errors[0].unit,
+        "cannot_name": list(located.cannot_name),
+        "filter": located.errors[0].filter,
+        "remarks": list(remarks(located.overall, located.errors)),
+    }
+
+
+def as_text(located: Located, *, verbose: bool = False) -> str:
+    """Sentences, worst first; then the axes and flights they come from."""
+    lines = []
+    if located.places:
+        lines.append("where it fails, worst first:")
+        shown = located.places if verbose else located.places[:MOST]
+        lines += [f"  {k + 1}. {sentences.place_sentence(p)}" for k, p in enumerate(shown)]
+        if len(shown) < len(located.places):
+            lines.append(f"  and {len(located.places) - len(shown)} more (-v)")
+    else:
+        lines.append(
+            "no place: nothing in state, input or time holds more of the error than chance and the floor allow"
+        )
+    for pair in located.pairs if verbose else located.pairs[:2]:
+        lines.append(f"  together: {sentences.place_sentence(pair)}")
+    if located.offsets:
+        lines.append("everywhere:")
+        unit = located.errors[0].unit
+        for axis, bias, share in located.offsets:
+            of = unit["force" if axis.startswith("f") else "torque"]
+            lines.append(f"  {axis} is off by {bias:+.3g} {of} on average ({share:.0%} of the squared error)")
+    if located.windows:
+        lines.append("in time:")
+        shown = located.windows if verbose else located.windows[:3]
+        lines += [f"  {sentences.window_sentence(w, Path(located.paths[w.flight]).name)}" for w in shown]
+    # A place that says more of an axis than a shift in time would is not a delay.
+    said = {axis: max((p.explained for p in located.places if p.axis == axis), default=0.0) for axis in AXES}
+    late = [k for k in located.lags if k.late and k.share > said[k.axis]]
+    if late:
+        lines.append("in step with the commands:")
+        lines += [f"  {sentences.lag_sentence(k)}" for k in late]
+    for axis, tree in located.trees.items():
+        if verbose or axis == located.places[0].axis:
+            lines.append(f"a tree over all quantities, {axis}:")
+            lines += [f"  {sentences.leaf_sentence(axis, leaf)}" for leaf in tree]
+    lines.append("RMSE over the floor" + " " * 21 + "".join(f"{axis:>8}" for axis in AXES))
+    rows = [("all flights", located.overall)]
+    if verbose or 1 < len(located.paths) <= 12:
+        rows += [(Path(p).name, s) for p, s in zip(located.paths, located.by_flight, strict=True)]
+    for name, s in rows:
+        lines.append(f"  {name:<38}" + "".join(f"{'-':>8}" if not np.isfinite(x) else f"{x:>8.2f}" for x in _times(s)))
+    if located.cannot_name:
+        lines.append(f"not searched, for the flights do not hold it: {', '.join(located.cannot_name)}")
+    lines += remarks(located.overall, located.errors)
+    return "\n".join(lines) + "\n"
+
+
+def _times(s) -> Array:
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return s.rmse / s.floor
+
+
+def _place(p: Place) -> dict[str, Any]:
+    at = p.region
+    result = {
+        "sentence": sentences.place_sentence(p),
+        "axis": p.axis,
+        "quantity": p.quantity.name,
+        "group": p.group,
+        "unit": p.quantity.unit,
+        "p": p.p,
+        "share_explained": p.explained,
+        "excess": number(p.excess),
+        "floor": p.floor,
+        "hardly_told_from": list(p.alike),
+    }
+    if p.other is not None:
+        result["other"] = p.other.name
+        result["cell"] = [list(span) for span in p.cell]
+    if at is not None:
+        result["region"] = {
+            "side": at.side,
+            "threshold": at.threshold,
+            "share_of_samples": at.samples,
+            "share_of_squares": at.squares,
+            "ratio": number(at.ratio),
+            "ci95": [number(at.low), number(at.high)],
+            "rms": at.inside,
+        }
+    if len(p.trend[0]):
+        result["trend"] = {"at": p.trend[0].tolist(), "mean": p.trend[1].tolist()}
+    return result

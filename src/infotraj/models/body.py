@@ -1,0 +1,64 @@
+"""Newton and Euler about a body's origin that need not be its centre of mass, with loads that hang from it.
+
+Featherstone, "Rigid Body Dynamics Algorithms" (2008), 2.13, written for the origin: with the centre of mass at r and
+the inertia J about it, J dw = tau - r x F - w x J w and f = F / m - dw x r - w x (w x r).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from infotraj.effects.base import Load
+from infotraj.effects.laws import BodyLaw
+from infotraj.rotations import Array
+
+
+def cross(a: Array, b: Array) -> Array:
+    """a x b for (..., 3), without numpy's overhead for short vectors."""
+    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
+    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
+    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
+
+
+def angular_acceleration(law: BodyLaw, force: Array, torque: Array, rate: Array) -> Array:
+    """Angular acceleration (N, 3) rad/s^2, body axes, of force and torque (N, 3) about the origin."""
+    moment = torque - cross(rate, rate @ law.inertia)
+    if law.center_of_mass.any():
+        moment = moment - cross(law.center_of_mass, force)
+    return moment @ np.linalg.inv(law.inertia)
+
+
+def specific_force(law: BodyLaw, force: Array, rate: Array | None, angular: Array | None) -> Array:
+    """Specific force (N, 3) m/s^2 of the body's origin, body axes."""
+    result = force / law.mass
+    r = law.center_of_mass
+    if r.any():
+        result = result - cross(angular, r) - cross(rate, cross(rate, r))
+    return result
+
+
+def response_to_force(law: BodyLaw, direction: Array) -> tuple[Array, Array]:
+    """Specific force and angular acceleration, each (N, 3), that 1 N along `direction` (N, 3) at the origin makes."""
+    r = law.center_of_mass
+    if not r.any() or law.inertia is None:
+        return direction / law.mass, np.zeros_like(direction)
+    angular = -cross(r, direction) @ np.linalg.inv(law.inertia)
+    return direction / law.mass - cross(angular, r), angular
+
+
+def pulls(law: BodyLaw, loads: Sequence[Load], free: Array) -> Array:
+    """Force (N) with which each load pulls, (loads, N), for the specific force `free` (N, 3) without them.
+
+    A load pulls with mass x (swing - direction . f), and f itself changes with the pull: f = free + sum of the
+    responses. Linear in the pulls, solved at every instant.
+    """
+    responses = [response_to_force(law, load.direction)[0] for load in loads]
+    system = np.empty((len(free), len(loads), len(loads)))
+    right = np.empty((len(free), len(loads), 1))
+    for i, load in enumerate(loads):
+        right[:, i, 0] = load.mass * (load.swing - np.einsum("ni,ni->n", load.direction, free))
+        for j, response in enumerate(responses):
+            system[:, i, j] = load.mass * np.einsum("ni,ni->n", load.direction, response) + (i == j)
+    return np.linalg.solve(system, right)[..., 0].T

@@ -1,0 +1,73 @@
+"""Recorded motion against the IMU: what a bias, a misalignment or a time offset of the IMU shows in.
+
+The rotation vector of a step follows from the rates by Magnus' expansion to fourth order (Iserles et al., "Lie-group
+methods", 2000): (w1 + w2) h / 2 + sqrt(3)/12 h^2 w1 x w2 with the rates at Gauss' two points, in body axes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from infotraj import rotations
+from infotraj.effects.laws import ImuLaw
+from infotraj.models.body import cross
+from infotraj.models.interpolation import interpolate
+from infotraj.models.prediction import Kinematics
+from infotraj.models.prepared import Prepared
+from infotraj.models.recorded import Samples
+from infotraj.rotations import Array
+
+
+def kinematics(prepared: Prepared, imu: ImuLaw) -> Kinematics:
+    """Turn and push of every step of a flight, as recorded and as the corrected IMU implies them."""
+    r = prepared.recorded
+    reasons: dict[str, str] = {}
+    if r.attitude is None or r.attitude.derived:
+        reasons["turn"] = "the flight has no attitude of its own"
+    elif r.rate is None or r.rate.derived:
+        reasons["turn"] = "the rates are derived from the attitude, not measured"
+    if r.velocity is None or r.attitude is None:
+        reasons["push"] = "the flight has neither velocity nor position, or no attitude"
+    elif r.specific_force is None or r.specific_force.derived:
+        reasons["push"] = "the flight has no measured specific force"
+    turn = push = None, None
+    if "turn" not in reasons:
+        turn = prepared.kept.get("turn", None, lambda: _turn(r.t, r.attitude)), _turn_by_imu(r.t, prepared, imu)
+    if "push" not in reasons:
+        push = prepared.kept.get("push", None, lambda: _push(r.t, r.velocity)), _push_by_imu(r.t, prepared, imu)
+    return Kinematics(*turn, *push, reasons)
+
+
+def _turn(t: Array, attitude: Samples) -> Array:
+    q = rotations.normalize(interpolate(attitude.times, attitude.values, t))
+    step = rotations.log(rotations.multiply(rotations.conjugate(q[:-1]), q[1:]))
+    return _padded(step / np.diff(t)[:, None])
+
+
+def _turn_by_imu(t: Array, prepared: Prepared, imu: ImuLaw) -> Array:
+    rate, step = prepared.true_rate(imu), np.diff(t)[:, None]
+    first, second = (interpolate(rate.times, rate.values, x) for x in _gauss(t))
+    return _padded(0.5 * (first + second) + np.sqrt(3.0) / 12 * step * cross(first, second))
+
+
+def _push(t: Array, velocity: Samples) -> Array:
+    v = interpolate(velocity.times, velocity.values, t)
+    return _padded(np.diff(v, axis=0) / np.diff(t)[:, None])
+
+
+def _push_by_imu(t: Array, prepared: Prepared, imu: ImuLaw) -> Array:
+    force, attitude = prepared.true_specific_force(imu), prepared.recorded.attitude
+    total = np.zeros((len(t) - 1, 3))
+    for x in _gauss(t):
+        q = rotations.normalize(interpolate(attitude.times, attitude.values, x))
+        total += 0.5 * rotations.to_world(q, interpolate(force.times, force.values, x))
+    return _padded(total - [0.0, 0.0, prepared.vehicle.gravity])
+
+
+def _gauss(t: Array) -> tuple[Array, Array]:
+    half = np.sqrt(3.0) / 6
+    return t[:-1] + (0.5 - half) * np.diff(t), t[:-1] + (0.5 + half) * np.diff(t)
+
+
+def _padded(steps: Array) -> Array:
+    return np.concatenate([steps, np.full((1, 3), np.nan)])

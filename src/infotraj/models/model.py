@@ -1,0 +1,231 @@
+"""A model: the vehicle file's physics with any set of effects, evaluated along recorded flights."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Hashable, Iterable
+
+import numpy as np
+
+from infotraj.effects.along import Along
+from infotraj.effects.base import Effect, overrides
+from infotraj.effects.channels import missing_channel
+from infotraj.effects.laws import ActuatorLaw, BodyLaw, ImuLaw
+from infotraj.errors import InputError, UsageError, problem
+from infotraj.flight import Flight
+from infotraj.models import body
+from infotraj.models.kinematics import kinematics
+from infotraj.models.prediction import AXES, Prediction
+from infotraj.models.prepared import Prepared, Segment
+from infotraj.models.rotor_wrench import forces_at_rotors
+from infotraj.rotations import Array
+from infotraj.vehicle import Vehicle
+
+_STALE = 10.0  # usual intervals without a command, after which it is no longer believed
+_STALE_AT_LEAST = 0.25  # s
+
+
+class Model:
+    """A vehicle and what is missing from its file: any effects, at most one of a name unless it is repeatable.
+
+    The effects act in the catalogue's order: actuators (delay, lag, rate limit, play, bias), thrust, wrench, rigid
+    body, measurement. InputError where an effect does not fit the vehicle; UsageError where one stands twice.
+    """
+
+    def __init__(self, vehicle: Vehicle, effects: Iterable[Effect] = ()) -> None:
+        self.vehicle = vehicle
+        self.effects = tuple(effects)
+        names = [e.name for e in self.effects if not e.repeatable]
+        twice = sorted({n for n in names if names.count(n) > 1})
+        if twice:
+            raise UsageError(problem(f"the effect {twice[0]} stands twice", "once", "Fit its parameters instead."))
+        for effect in self.effects:
+            effect.check(vehicle)
+        self._acting = tuple(e for e in self.effects if not e.is_absent(vehicle))
+
+    def with_effects(self, *effects: Effect) -> Model:
+        """A model with further effects."""
+        return Model(self.vehicle, (*self.effects, *effects))
+
+    def prepare(self, flight: Flight) -> Prepared:
+        """The flight made ready for many predictions by models of this vehicle."""
+        return Prepared(self.vehicle, flight)
+
+    def predict(self, flight: Flight | Prepared) -> Prediction:
+        """What the sensors should have measured along the flight.
+
+        InputError where the flight lacks a channel that the rotors or an effect of this model need.
+        """
+        prepared = flight if isinstance(flight, Prepared) else Prepared(self.vehicle, flight)
+        if prepared.vehicle != self.vehicle:
+            raise UsageError(problem("a flight prepared for another vehicle", self.vehicle.name, "Prepare it again."))
+        prepared.kept.get("channels", tuple(e.key for e in self._acting), lambda: self._check_channels(prepared.flight))
+        law, imu, frame = self.actuator_law(), self.imu_law(), self.body_law()
+        law_key, imu_key = self._key("actuators"), self._key("imu")
+        found = [
+            self._segment(prepared, s, prepared.along(s, imu, law, imu_key, law_key), imu, frame)
+            for s in prepared.segments(imu.delay, law.delay)
+        ]
+        rows = [np.concatenate([*(f[i][:-1] for f in found[:-1]), found[-1][i]]) for i in range(4)]
+        turned = [x @ imu.rotation.T for x in rows]
+        return Prediction(
+            prepared.recorded.t,
+            *turned,
+            prepared.kept.get("covered", (imu.delay, law.delay), lambda: self._covered(prepared, imu, law)),
+            prepared.kept.get("testable", None, lambda: self.testable(prepared.flight)),
+            prepared.kept.get("kinematics", imu_key, lambda: kinematics(prepared, imu)),
+        )
+
+    def testable(self, flight: Flight) -> dict[str, str | None]:
+        """For each of fx fy fz tx ty tz None, or why nothing can be said about it."""
+        needs = {"f": ("mass", "specific force"), "t": ("inertia", "rate")}
+        reasons = {}
+        for axis in AXES:
+            found = (missing_channel(n, self.vehicle, flight) for n in needs[axis[0]])
+            reasons[axis] = next((r for r in found if r is not None), None)
+        return reasons
+
+    def actuator_law(self) -> ActuatorLaw:
+        """How the actuators follow their commands in this model."""
+        law = ActuatorLaw.declared(self.vehicle)
+        for effect in self._acting:
+            law = effect.actuators(law)
+        return law
+
+    def body_law(self) -> BodyLaw:
+        """The rigid body of this model. InputError where its effects leave no physical one."""
+        law = BodyLaw.declared(self.vehicle)
+        for effect in self._acting:
+            law = effect.body(law)
+        if law.mass is not None and law.mass <= 0:
+            raise InputError(
+                problem(f"{self.vehicle.name}: mass {law.mass:g} kg", "more than 0", "Correct mass_offset.")
+            )
+        if law.inertia is not None and np.linalg.eigvalsh(law.inertia)[0] <= 0:
+            raise InputError(
+                problem(f"{self.vehicle.name}: an inertia that is not positive", "a physical one", "Correct it.")
+            )
+        return law
+
+    def imu_law(self) -> ImuLaw:
+        """What the IMU measures in this model."""
+        law = ImuLaw.ideal()
+        for effect in self._acting:
+            law = effect.imu(law)
+        return law
+
+    def _key(self, *hooks: str) -> Hashable:
+        return tuple(e.key for e in self._acting if any(overrides(e, h) for h in hooks))
+
+    def _with(self, hook: str) -> list[Effect]:
+        return [e for e in self._acting if overrides(e, hook)]
+
+    def _segment(self, prepared: Prepared, segment: Segment, along: Along, imu: ImuLaw, frame: BodyLaw):
+        """Specific force, its mean, angular acceleration, its mean at the segment's rows, each (rows, 3)."""
+        line, kept = segment.line, prepared.kept_of_segments
+        base_key = (self._key("actuators"), self._key("imu"))
+        thrust_key = (base_key, self._key("thrust_factor", "thrust_loss", "reaction_factor"))
+        thrust, total = kept.get(f"thrust {segment.start}", thrust_key, lambda: self._thrust(along, prepared))
+        along = copy.copy(along)
+        object.__setattr__(along, "thrust", thrust)
+        for effect in self._with("wrench") + self._with("rotor_force"):
+            total = total + kept.get(
+                f"{effect.name} {segment.start}", (thrust_key, effect.key), lambda e=effect: _added(e, along)
+            )
+        force, torque = total[:, :3], total[:, 3:]
+        momenta = [e.rotor_momentum(along) for e in self._with("rotor_momentum")]
+        rate = along.motion.rate
+        unknown = np.full_like(force, np.nan)
+        momentum = sum((m[0] for m in momenta), np.zeros(3))
+        if momenta and rate is not None:
+            torque = torque - body.cross(rate, momentum)
+        knows_turn = frame.inertia is not None and rate is not None
+        angular = body.angular_acceleration(frame, force, torque, rate) if knows_turn else unknown
+        spin_up = None
+        if momenta and knows_turn:
+            slope = sum(m[1] for m in momenta)
+            spin_up = self._spin_up(line, momentum, slope, frame)
+        if not knows_turn and frame.center_of_mass.any():
+            angular = prepared.angular_acceleration(line.time, imu)
+        f = body.specific_force(frame, force, rate, angular) if frame.mass is not None else unknown
+        loads = [e.load(along) for e in self._with("load")]
+        if loads and frame.mass is not None:
+            free = f
+            if spin_up is not None and frame.center_of_mass.any():
+                free = f - body.cross(-slope @ np.linalg.inv(frame.inertia), frame.center_of_mass)
+            for load, pull in zip(loads, body.pulls(frame, loads, free), strict=True):
+                df, dw = body.response_to_force(frame, load.direction)
+                f, angular = f + pull[:, None] * df, angular + pull[:, None] * dw
+        if not knows_turn:
+            angular = unknown
+        result = [line.at_rows(f), line.means(f), line.at_rows(angular), line.means(angular)]
+        if spin_up is not None:
+            for i in (0, 1):
+                if frame.center_of_mass.any():
+                    result[i] = result[i] - body.cross(spin_up[i], frame.center_of_mass)
+                result[i + 2] = result[i + 2] + spin_up[i]
+        return result
+
+    def _thrust(self, along: Along, prepared: Prepared) -> tuple[Array, Array]:
+        """Thrust (N, rotors) after all factors and losses, and the rotors' wrench (N, 6)."""
+        thrust = along.nominal_thrust
+        for effect in self._with("thrust_factor"):
+            thrust = thrust * effect.thrust_factor(along)
+        for effect in self._with("thrust_loss"):
+            thrust = thrust - effect.thrust_loss(along)
+        ratio = np.array([-r.spin * r.moment_constant for r in self.vehicle.rotors])
+        for effect in self._with("reaction_factor"):
+            ratio = ratio * effect.reaction_factor(along)
+        return thrust, prepared.rotor_wrench(thrust, ratio, along.actuation)
+
+    def _spin_up(self, line, momentum: Array, slope: Array, frame: BodyLaw) -> tuple[Array, Array]:
+        """Angular acceleration by -dH/dt at the rows, and its mean over each step: the change of H, exactly."""
+        inverse = np.linalg.inv(frame.inertia)
+        at_rows = line.at_rows(momentum)
+        time = line.time[line.row]
+        mean = np.full_like(at_rows, np.nan)
+        mean[:-1] = -np.diff(at_rows, axis=0) / np.diff(time)[:, None]
+        return -line.at_rows(slope) @ inverse, mean @ inverse
+
+    def _check_channels(self, flight: Flight) -> None:
+        for effect in self._acting:
+            reason = effect.missing(self.vehicle, flight)
+            if reason is not None:
+                source = flight.meta.get("source", "flight")
+                raise InputError(
+                    problem(
+                        f"{source}: {effect.name} cannot be evaluated: {reason}",
+                        "the channels that the model's effects need",
+                        "Add them or use a model without it.",
+                    )
+                )
+
+    def _covered(self, prepared: Prepared, imu: ImuLaw, law: ActuatorLaw) -> Array:
+        r = prepared.recorded
+        t = r.t - imu.delay
+        good = np.ones(len(t), dtype=bool)
+        for samples, commanded in ((r.rotor, r.rotor_commanded), (r.tilt, r.tilt_commanded)):
+            if not commanded:
+                continue
+            usual = np.median(np.diff(samples.times)) if len(samples.times) > 1 else np.inf
+            latest = np.clip(np.searchsorted(samples.times, t - law.delay, side="right") - 1, 0, None)
+            age = t - law.delay - samples.times[latest]
+            good &= age <= max(_STALE * usual, _STALE_AT_LEAST)
+        for samples in (r.attitude, r.velocity, r.rate):
+            if samples is None:
+                continue
+            usual = np.median(np.diff(samples.times))
+            after = np.clip(np.searchsorted(samples.times, t), 1, len(samples.times) - 1)
+            hole = samples.times[after] - samples.times[after - 1]
+            outside = (t < samples.times[0] - 1e-9) | (t > samples.times[-1] + 1e-9)
+            good &= (hole <= max(_STALE * usual, _STALE_AT_LEAST)) & ~outside
+        return good
+
+
+def _added(effect: Effect, along: Along) -> Array:
+    total = np.zeros((along.count, 6))
+    if overrides(effect, "wrench"):
+        total = total + effect.wrench(along)
+    if overrides(effect, "rotor_force"):
+        total = total + forces_at_rotors(along.position, effect.rotor_force(along))
+    return total

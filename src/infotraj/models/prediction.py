@@ -1,0 +1,52 @@
+"""What a model says that the sensors should have measured along a flight."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from numpy.typing import NDArray
+
+from infotraj.rotations import Array
+
+AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
+
+
+@dataclass(frozen=True)
+class Kinematics:
+    """Recorded motion against what the IMU implies, from t[k] to t[k+1] (last row NaN); shows measurement effects.
+
+    turn (n, 3): mean body rate (rad/s) that turns the recorded attitude of row k into that of row k+1 (rotation vector
+    over the step); turn_by_imu: the same from the measured rates, corrected by the model's measurement effects.
+    push (n, 3): recorded change of velocity over the step (m/s^2, world); push_by_imu: the same from the measured
+    specific force, corrected, and gravity. None where a channel is missing or derived: `reasons` says which, by name.
+    """
+
+    turn: Array | None
+    turn_by_imu: Array | None
+    push: Array | None
+    push_by_imu: Array | None
+    reasons: dict[str, str]
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Predicted specific force and angular acceleration at the n rows of a flight, as the IMU would measure them.
+
+    t (n,) s. specific_force (n, 3) m/s^2: at the body's origin, in the IMU's axes (body axes unless the model has
+    imu_misalignment), at the instant at which row k was sampled (t[k], less a time_offset). angular_acceleration
+    (n, 3) rad/s^2: derivative of the measured rate at that instant. specific_force_mean, angular_acceleration_mean:
+    their means from that instant to the one of row k + 1 (last row NaN), so that the measured rate of row k + 1 minus
+    that of row k is (t[k+1] - t[k]) times the mean. NaN where the vehicle file does not give mass or inertia.
+
+    covered (n,) bool: False where the inputs do not reach (commands missing for long, motion not recorded).
+    testable: for each of fx fy fz tx ty tz None, or the reason why the prediction or its measured side is missing.
+    """
+
+    t: Array
+    specific_force: Array
+    specific_force_mean: Array
+    angular_acceleration: Array
+    angular_acceleration_mean: Array
+    covered: NDArray
+    testable: dict[str, str | None]
+    kinematics: Kinematics

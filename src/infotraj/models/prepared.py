@@ -1,0 +1,187 @@
+"""A flight made ready for many predictions: what does not change from one to the next is kept."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+from typing import Any, TypeVar
+
+import numpy as np
+
+from infotraj import rotations
+from infotraj.effects.along import Actuation, Along, Motion, OriginPath
+from infotraj.effects.laws import ActuatorLaw, ImuLaw
+from infotraj.flight import Flight
+from infotraj.models.actuation import rotors_at, tilts_at
+from infotraj.models.interpolation import interpolate
+from infotraj.models.recorded import Recorded, Samples, recorded
+from infotraj.models.rotor_wrench import RotorWrench
+from infotraj.models.timeline import Timeline, timeline
+from infotraj.rotations import Array
+from infotraj.vehicle import Vehicle
+
+T = TypeVar("T")
+_BESIDE = 64  # samples beside a segment that interpolation may look at, enough to know their usual interval
+SEGMENT = 4096  # rows evaluated at once, so that memory does not grow with the flight
+_KEPT_ROWS = 40_000  # of a longer flight nothing is kept that grows with rotors and rows
+
+
+class Kept:
+    """The last few results of each stage by key; with `most` 0 none."""
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._stages: dict[str, OrderedDict[Hashable, Any]] = {}
+
+    def get(self, stage: str, key: Hashable, make: Callable[[], T]) -> T:
+        """The result of `make` for this key, made once."""
+        held = self._stages.setdefault(stage, OrderedDict())
+        if key in held:
+            held.move_to_end(key)
+            return held[key]
+        value = make()
+        held[key] = value
+        while len(held) > self._most:
+            held.popitem(last=False)
+        return value
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A stretch of rows start..stop (the row after the last one included for the mean), and its own instants."""
+
+    start: int
+    stop: int
+    line: Timeline
+
+
+class Prepared:
+    """A flight with a vehicle: recorded channels, and results that several predictions share."""
+
+    def __init__(self, vehicle: Vehicle, flight: Flight) -> None:
+        self.vehicle = vehicle
+        self.flight = flight
+        self.recorded: Recorded = recorded(vehicle, flight)
+        self.rotor_wrench = RotorWrench(vehicle)
+        self.start = float(self.recorded.t[0])
+        rows = len(self.recorded.t)
+        self.kept = Kept(max(2, min(6, _KEPT_ROWS // rows)))
+        self.kept_of_segments = Kept(min(6, _KEPT_ROWS // rows))
+
+    def segments(self, imu_delay: float, command_delay: float) -> list[Segment]:
+        """The rows in stretches, sampled `imu_delay` (s) before their time, commands acting `command_delay` later."""
+        return self.kept.get("segments", (imu_delay, command_delay), lambda: self._segments(imu_delay, command_delay))
+
+    def along(self, segment: Segment, imu: ImuLaw, law: ActuatorLaw, imu_key: Hashable, law_key: Hashable) -> Along:
+        """Motion and actuators at the segment's instants."""
+
+        def make() -> Along:
+            time, place = segment.line.time, (segment.start, imu.delay, law.delay)
+            pose = self.kept_of_segments.get(f"pose {segment.start}", place, lambda: self._pose(time))
+            rate = self.true_rate(imu)
+            attitude, height, velocity, battery = pose
+            motion = Motion(time - self.start, attitude, height, velocity, _at(rate, time), battery)
+            actuators = self._actuators(segment, imu, law)
+            return Along(self.vehicle, motion, actuators, lambda key, fn: self._of_flight(key, imu, imu_key, fn))
+
+        return self.kept_of_segments.get(f"along {segment.start}", (imu_key, law_key), make)
+
+    def _pose(self, time: Array) -> tuple[Array | None, ...]:
+        """Attitude, height, velocity in body axes and voltage at `time` (N,) s of the flight's clock."""
+        r = self.recorded
+        attitude = height = velocity = None
+        if r.attitude is not None:
+            attitude = rotations.matrix(rotations.normalize(_at(r.attitude, time)))
+        if r.velocity is not None and attitude is not None:
+            velocity = np.einsum("nji,nj->ni", attitude, _at(r.velocity, time))
+        if r.position is not None:
+            height = _at(Samples(r.position.times, r.position.values[:, 2:]), time)[:, 0]
+        battery = _at(r.battery, time)[:, 0] if r.battery is not None else None
+        return attitude, height, velocity, battery
+
+    def true_rate(self, imu: ImuLaw) -> Samples | None:
+        """The body's rates and when they were sampled, from the measured ones; derived ones as they are."""
+        rate = self.recorded.rate
+        if rate is None or rate.derived:
+            return rate
+        key = (imu.delay, imu.rate_bias.tobytes(), imu.rotation.tobytes())
+        turned = lambda: Samples(rate.times - imu.delay, (rate.values - imu.rate_bias) @ imu.rotation)  # noqa: E731
+        return self.kept.get("true rate", key, turned)
+
+    def true_specific_force(self, imu: ImuLaw) -> Samples | None:
+        """The specific force (m/s^2, body) of the origin and when it was sampled, from the measured one."""
+        force = self.recorded.specific_force
+        if force is None or force.derived:
+            return force
+        return Samples(force.times - imu.delay, force.values @ imu.rotation)
+
+    def angular_acceleration(self, time: Array, imu: ImuLaw) -> Array | None:
+        """Recorded angular acceleration (N, 3), rad/s^2, by central differences of the rates."""
+        rate = self.true_rate(imu)
+        if rate is None:
+            return None
+        return interpolate(rate.times, np.gradient(rate.values, rate.times, axis=0), time)
+
+    def origin_path(self, imu: ImuLaw) -> OriginPath | None:
+        """The specific force of the body's origin in world axes, sample by sample; from the velocity where needed."""
+        r = self.recorded
+        force = self.true_specific_force(imu)
+        if r.attitude is not None and force is not None:
+            times = force.times
+            world = rotations.to_world(rotations.normalize(_at(r.attitude, times)), force.values)
+        elif r.velocity is not None:
+            times, up = r.velocity.times, np.array([0.0, 0.0, self.vehicle.gravity])
+            world = np.gradient(r.velocity.values, times, axis=0) + up
+        else:
+            return None
+        speed = np.linalg.norm(r.velocity.values[:5].mean(axis=0)) if r.velocity is not None else np.nan
+        times = times - self.start
+        return OriginPath(float(times[0]), float(times[-1]), float(speed), partial(interpolate, times, world))
+
+    def _of_flight(self, key: Hashable, imu: ImuLaw, imu_key: Hashable, make: Callable[[OriginPath], T]) -> T:
+        return self.kept.get("of flight", (key, imu_key), lambda: make(self.origin_path(imu)))
+
+    def _segments(self, imu_delay: float, command_delay: float) -> list[Segment]:
+        t = self.recorded.t - imu_delay
+        r = self.recorded
+        commands = [s.times for s, given in ((r.rotor, r.rotor_commanded), (r.tilt, r.tilt_commanded)) if given]
+        jumps = np.unique(np.concatenate(commands)) + command_delay if commands else np.zeros(0)
+        found = []
+        for start in range(0, max(len(t) - 1, 1), SEGMENT):
+            stop = min(start + SEGMENT + 1, len(t))
+            inside = slice(*np.searchsorted(jumps, [t[start], t[stop - 1]]))
+            found.append(Segment(start, stop, timeline(t[start:stop], jumps[inside])))
+        return found
+
+    def _actuators(self, segment: Segment, imu: ImuLaw, law: ActuatorLaw) -> Actuation:
+        """The part of the flight's actuators that belongs to the segment."""
+        r, segments = self.recorded, self.segments(imu.delay, law.delay)
+
+        def over_flight(response: Callable[[Array], tuple[Array, Array]]) -> list[tuple[Array, Array]]:
+            values, slopes = response(np.concatenate([s.line.time for s in segments]))
+            ends = np.cumsum([0, *(len(s.line.time) for s in segments)])
+            return [(values[a:b], slopes[a:b]) for a, b in pairwise(ends)]
+
+        times = (imu.delay, law.delay)
+        rotor_key = (*times, law.rotor_time_constant.tobytes())
+        rotor = self.kept.get("rotors", rotor_key, lambda: over_flight(partial(rotors_at, r, law)))
+        tilt_key = (*times, *(x.tobytes() for x in (law.tilt_time_constant, law.tilt_max_rate, law.tilt_play)))
+        tilt = self.kept.get("tilts", tilt_key, lambda: over_flight(partial(tilts_at, r, law)))
+        here = next(i for i, s in enumerate(segments) if s.start == segment.start)
+        return self.kept_of_segments.get(
+            f"actuators {segment.start}",
+            (rotor_key, tilt_key, law.tilt_bias.tobytes()),
+            lambda: Actuation(*rotor[here], tilt[here][0] + law.tilt_bias, tilt[here][1]),
+        )
+
+
+def _at(samples: Samples | None, time: Array) -> Array | None:
+    if samples is None:
+        return None
+    # Only the samples around these instants are looked at: a long flight costs no more a row than a short one.
+    first, last = np.searchsorted(samples.times, [time[0], time[-1]])
+    near = slice(max(first - _BESIDE, 0), last + _BESIDE)
+    return interpolate(samples.times[near], samples.values[near], time)

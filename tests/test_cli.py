@@ -1,0 +1,45 @@
+"""The command line's front door: every command loads, errors are one line with their exit status."""
+
+import subprocess
+import sys
+
+import click
+import pytest
+
+from infotraj import cli
+
+
+def run(*arguments):
+    return subprocess.run(
+        [sys.executable, "-m", "infotraj.cli", *arguments], capture_output=True, text=True, check=False
+    )
+
+
+@pytest.mark.parametrize("name", list(cli.COMMANDS))
+def test_every_command_loads_and_explains_itself(name):
+    command = cli.cli.get_command(None, name)
+    assert isinstance(command, click.Command)
+    assert command.name == name
+    assert command.help
+
+
+def test_help_names_every_command_without_loading_them():
+    code = (
+        "import sys, infotraj.cli as c; from click.testing import CliRunner; "
+        "out = CliRunner().invoke(c.cli, ['--help']).output; "
+        "assert all(n in out for n in c.COMMANDS), out; assert 'numpy' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_a_missing_log_is_one_line_and_status_3(tmp_path):
+    done = run("import", str(tmp_path / "none.csv"), "-o", str(tmp_path / "out.parquet"))
+    assert done.returncode == 3
+    assert "Traceback" not in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_unknown_command_is_usage():
+    done = run("frobnicate")
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
