@@ -127,8 +127,7 @@ def diagnose(
     whole = searching.run(search, held)
     whole, tolerated = _without_tolerated(search, whole)
     left = unexplained(search, whole, rng)
-    after_all = refusal.errors(search.observation.model(whole.members), flights, start, stop)
-    refused = refusal.unanswered(after_all)
+    refused = refusal.unanswered(search.observation.model(whole.members), flights, start, stop)
     findings = _findings(search, whole, list(catalog), known, hidden, tolerated, left, refused, rng)
     supported, chosen = _supported(findings, whole, search)
     final = (
@@ -297,6 +296,11 @@ def _of_absent(search, whole, sums: Sums, found: Sensitivities, name, chance, to
     e = evidence(base, error, sums.rows, sums.axes, sums.fold, sums.flight, chance, rng)
     if name in tolerated:
         return Finding(name, "Not needed", (name,), e, {}, {}, tolerated[name])
+    if tolerated and e.gain >= chance:
+        # What made the tolerated effects unnecessary makes this one unnecessary too.
+        return Finding(
+            name, "Not needed", (name,), e, {}, {}, "ordinary tolerances of the vehicle file explain as much"
+        )
     usual = max(_usual_rise(sums, found, i) for i in mine)
     if usual < search.matters:
         reason = (
