@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-
 from hidden_flights import OMAV, fly, truth
+
 from infotraj.diagnosis.diagnosis import diagnose
 from infotraj.models import Model
 
@@ -33,6 +33,7 @@ def test_a_hidden_effect_is_named_with_its_numbers(case):
     for name, values in expected.items():
         finding = found.finding(name)
         assert finding.verdict == "Supported"
-        assert finding.evidence.rise > 0.05 and finding.evidence.ci95[1] < 0
+        assert finding.evidence.rise > 0.05
+        assert finding.evidence.ci95[1] < 0
         for parameter, value in values.items():
             np.testing.assert_allclose(finding.parameters[parameter], value, rtol=0.1, atol=6e-4)

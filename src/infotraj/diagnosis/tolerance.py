@@ -9,10 +9,11 @@ principle, 1966).
 
 from __future__ import annotations
 
+from collections.abc import Set
+
 import numpy as np
 
 from infotraj.diagnosis.fitting import Fit
-from infotraj.diagnosis.observation import Member
 from infotraj.diagnosis.search import Search
 from infotraj.diagnosis.sensitivities import Sensitivities
 from infotraj.diagnosis.sums import Sums
@@ -33,12 +34,12 @@ TOLERANCES = {
 MOST = 4.0  # sum of squares in standard deviations that still counts as ordinary
 
 
-def tolerable(search: Search, whole: Fit, member: Member) -> bool:
-    """Whether tolerances explain what `member` explains in the fitted model `whole`."""
-    rest = [m for m in whole.members if m.candidate.label != member.candidate.label]
-    out = search.fitted(rest)
-    if out is None:
+def tolerable(search: Search, whole: Fit, labels: Set[str]) -> bool:
+    """Whether tolerances explain what the members `labels` of the fitted model `whole` explain together."""
+    rest = [m for m in whole.members if m.candidate.label not in labels]
+    if search.fitted(rest) is None:
         return False
+    rest = search.fitted(rest).members
     joint, found = search.joint(rest)
     sums = search.sums(joint)
     columns, deviation = nuisance(found)
