@@ -172,8 +172,7 @@ def _tolerated(search: Search, whole: Fit) -> frozenset[str]:
 
 
 def _findings(search, whole, order, known, hidden, tolerated, left, refused, rng) -> tuple[Finding, ...]:
-    joint, found = search.joint(list(whole.members))
-    sums = search.sums(joint)
+    sums, found = search.linear(whole.members)
     singles = [(i,) for i in range(len(found.choices))]
     chance = float(np.quantile(null_gains(sums, found, singles, rng), SIGNIFICANCE)) if singles else 0.0
     wrong = refusal.unphysical(whole, search.observation)

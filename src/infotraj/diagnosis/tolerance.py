@@ -31,7 +31,7 @@ TOLERANCES = {
     "servo_bias": 1 / 10,  # 0.1 deg
     "imu_misalignment": 1 / 10,  # 0.1 deg
 }
-MOST = 4.0  # sum of squares in standard deviations that still counts as ordinary
+MOST = 5.0  # sum of squares in standard deviations that still counts as ordinary
 
 
 def tolerable(search: Search, whole: Fit, labels: Set[str]) -> bool:
@@ -40,8 +40,7 @@ def tolerable(search: Search, whole: Fit, labels: Set[str]) -> bool:
     if search.fitted(rest) is None:
         return False
     rest = search.fitted(rest).members
-    joint, found = search.joint(rest)
-    sums = search.sums(joint)
+    sums, found = search.linear(rest)
     columns, deviation = nuisance(found)
     if not columns:
         return False
