@@ -125,23 +125,22 @@ def diagnose(
     taken = {m.candidate.label for m in held}
     search = searching.start_search(observation, held, [c for c in known if c.label not in taken], rng, matters)
     whole = searching.run(search, held)
-    whole, tolerated = _without_tolerated(search, whole)
+    tolerated = _tolerated(search, whole)
     left = unexplained(search, whole, rng)
-    after_all = refusal.errors(search.observation.model(whole.members), flights, start, stop)
-    refused = refusal.unanswered(after_all)
+    refused = refusal.unanswered(search.observation.model(whole.members), flights, start, stop)
     findings = _findings(search, whole, list(catalog), known, hidden, tolerated, left, refused, rng)
     supported, chosen = _supported(findings, whole, search)
-    final = (
-        search.fitted([*held, *chosen])
-        if {m.candidate.label for m in chosen} != {m.candidate.label for m in whole.members if not m.held}
-        else whole
-    )
-    added = final.members if chosen else tuple(held)
+    final = whole
+    if not {m.candidate.label for m in chosen} <= {m.candidate.label for m in whole.members}:
+        final = search.fitted([*(m for m in whole.members if m.held or m.candidate.label in tolerated), *chosen])
+    labels = {m.candidate.label for m in (*held, *chosen)}
+    added = [m for m in final.members if m.candidate.label in labels]
     after_model = Model(vehicle, [m.effect for m in added]) if chosen else model
     before = refusal.errors(model, flights, start, stop)
     after = refusal.errors(after_model, flights, start, stop) if chosen else before
     widen = _WIDEN if left.found else 1.0
-    errors = tuple(fitted_numbers(final, vehicle, widen)) if chosen else ()
+    numbers = zip(final.members, fitted_numbers(final, vehicle, widen), strict=True)
+    errors = tuple(e for m, e in numbers if m.candidate.label in labels) if chosen else ()
     return Diagnosis(
         findings, supported, left, refused, before, after, after_model, errors, observation.samples, search, whole
     )
@@ -159,23 +158,21 @@ def _held(effect: Effect, flight: Flight, vehicle: Vehicle) -> Member:
     return Member(Candidate(type(effect), chosen or form, fixed), effect, held=True)
 
 
-def _without_tolerated(search: Search, whole: Fit) -> tuple[Fit, dict[str, str]]:
-    """The model without the effects that ordinary tolerances explain, least first, and those effects."""
-    tolerated: dict[str, str] = {}
-    while True:
-        free = [(searching.rise_without(search, whole, m), m) for m in whole.members if not m.held]
-        for _, m in sorted(free, key=lambda pair: pair[0]):
-            if tolerable(search, whole, m):
-                tolerated[m.candidate.name] = "real, but ordinary tolerances of the vehicle file explain it"
-                whole = search.fitted([x for x in whole.members if x.candidate.label != m.candidate.label])
-                break
-        else:
-            return whole, tolerated
+def _tolerated(search: Search, whole: Fit) -> frozenset[str]:
+    """Labels of the members that ordinary tolerances explain, all of them together, the least ones first.
+
+    They stay in the model in which the others are judged: what they stand for is in the flights.
+    """
+    found: frozenset[str] = frozenset()
+    free = [(searching.rise_without(search, whole, m), m.candidate.label) for m in whole.members if not m.held]
+    for _, label in sorted(free):
+        if tolerable(search, whole, found | {label}):
+            found |= {label}
+    return found
 
 
 def _findings(search, whole, order, known, hidden, tolerated, left, refused, rng) -> tuple[Finding, ...]:
-    joint, found = search.joint(list(whole.members))
-    sums = search.sums(joint)
+    sums, found = search.linear(whole.members)
     singles = [(i,) for i in range(len(found.choices))]
     chance = float(np.quantile(null_gains(sums, found, singles, rng), SIGNIFICANCE)) if singles else 0.0
     wrong = refusal.unphysical(whole, search.observation)
@@ -183,7 +180,8 @@ def _findings(search, whole, order, known, hidden, tolerated, left, refused, rng
     widen = _WIDEN if left.found else 1.0
     errors = dict(zip([m.candidate.label for m in whole.members], _errors(whole, vehicle, widen), strict=True))
     out: dict[str, Finding] = {}
-    for m in whole.members:
+    reported = [m for m in whole.members if m.candidate.label not in tolerated]
+    for m in reported:
         made = _of_member(search, whole, m, order, chance, left, refused, wrong, errors, rng)
         for f in made:
             if f.name not in out or (
@@ -191,7 +189,7 @@ def _findings(search, whole, order, known, hidden, tolerated, left, refused, rng
             ):
                 out[f.name] = f
     instances: dict[str, list[dict]] = {}
-    for m in whole.members:
+    for m in reported:
         instances.setdefault(m.candidate.name, []).append(_values(m))
     for name, values in instances.items():
         if len(values) > 1 and name in out:
@@ -202,7 +200,11 @@ def _findings(search, whole, order, known, hidden, tolerated, left, refused, rng
         if name in hidden:
             out[name] = Finding(name, "Not testable here", (name,), None, {}, {}, hidden[name])
             continue
-        out[name] = _of_absent(search, whole, sums, found, name, chance, tolerated, rng)
+        small = [m for m in whole.members if m.candidate.name == name and m.candidate.label in tolerated]
+        if small:
+            out[name] = _of_tolerated(search, whole, small[0], chance, errors, rng)
+        else:
+            out[name] = _of_absent(search, whole, sums, found, name, chance, bool(tolerated), rng)
     return tuple(out[n] for n in order)
 
 
@@ -283,6 +285,14 @@ def _overshadowed(e: Evidence, left: Unexplained) -> str | None:
     return None
 
 
+def _of_tolerated(search, whole, m, chance, errors, rng) -> Finding:
+    out = search.fitted([x for x in whole.members if x.candidate.label != m.candidate.label])
+    e = _in_place(search, out, whole, chance, rng)
+    numbers = _numbers(m, errors[m.candidate.label])
+    reason = "real, but ordinary tolerances of the vehicle file explain it"
+    return Finding(m.candidate.name, "Not needed", (m.candidate.name,), e, _values(m), numbers, reason)
+
+
 def _of_absent(search, whole, sums: Sums, found: Sensitivities, name, chance, tolerated, rng) -> Finding:
     subsets = SubsetSearch(sums, found)
     mine = [i for i, c in enumerate(found.choices) if c.candidate.name == name]
@@ -295,8 +305,11 @@ def _of_absent(search, whole, sums: Sums, found: Sensitivities, name, chance, to
     if not np.isfinite(best.gain):
         error = base
     e = evidence(base, error, sums.rows, sums.axes, sums.fold, sums.flight, chance, rng)
-    if name in tolerated:
-        return Finding(name, "Not needed", (name,), e, {}, {}, tolerated[name])
+    if tolerated and e.gain >= chance:
+        # What made the tolerated effects unnecessary makes this one unnecessary too.
+        return Finding(
+            name, "Not needed", (name,), e, {}, {}, "ordinary tolerances of the vehicle file explain as much"
+        )
     usual = max(_usual_rise(sums, found, i) for i in mine)
     if usual < search.matters:
         reason = (

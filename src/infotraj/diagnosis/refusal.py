@@ -23,12 +23,21 @@ def errors(model: Model, flights: Sequence[Flight], start: float | None, stop: f
     return statistics([equation_error(model, f, start=start, stop=stop) for f in flights])
 
 
-def unanswered(after: Statistics) -> dict[str, str]:
-    """Axes (fx .. tz) on which the fitted model explains next to nothing of what was measured, with the reason."""
+def unanswered(
+    model: Model, flights: Sequence[Flight], start: float | None = None, stop: float | None = None
+) -> dict[str, str]:
+    """Axes (fx .. tz) on which a fitted model explains next to nothing of what was measured, with the reason.
+
+    An axis on which the model predicts next to nothing (the side force of a vehicle without tilts) is not one of them.
+    """
+    made = [equation_error(model, f, start=start, stop=stop) for f in flights]
+    after = statistics(made)
     found = {}
     for i, axis in enumerate(AXES):
         far = np.isfinite(after.rmse[i]) and after.rmse[i] > _ABOVE_FLOOR * after.floor[i]
-        if far and after.explained[i] < LEAST_EXPLAINED:
+        predicted = np.concatenate([e.predicted[e.scored[:, i], i] for e in made])
+        says = len(predicted) > 0 and np.std(predicted) > _ABOVE_FLOOR * after.floor[i]
+        if far and says and after.explained[i] < LEAST_EXPLAINED:
             what = f"force along {axis[1]}" if axis[0] == "f" else f"torque about {axis[1]}"
             share = f"the prediction explains {max(after.explained[i], 0.0):.0%} of the measured {what}"
             found[axis] = f"{share}: flights and vehicle file do not agree there (spin, order of rotors, time stamps)"

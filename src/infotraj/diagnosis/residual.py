@@ -167,17 +167,25 @@ def _steps(t: Array, mean: Array, channel: Channel) -> Array:
 
 
 def _force(samples: FlightSamples, prediction: Prediction, c: Channel) -> Array:
-    return samples.flight.get(*SPECIFIC_FORCE)[c.last] - prediction.specific_force[c.last]
+    measured = samples.prepared.kept.get("measured force", None, lambda: samples.flight.get(*SPECIFIC_FORCE)[c.last])
+    return measured - prediction.specific_force[c.last]
 
 
 def _rate(samples: FlightSamples, prediction: Prediction, c: Channel) -> Array:
-    t, recorded = samples.flight.t, samples.prepared.recorded.rate
-    w = samples.flight.get(*RATE) if samples.flight.has(*RATE) else interpolate(recorded.times, recorded.values, t)
-    return w[c.last] - w[c.first] - _steps(t, prediction.angular_acceleration_mean, c)
+    t, recorded = samples.prepared.recorded.t, samples.prepared.recorded.rate
+
+    def measured() -> Array:
+        given = samples.flight.has(*RATE)
+        w = samples.flight.get(*RATE) if given else interpolate(recorded.times, recorded.values, t)
+        return w[c.last] - w[c.first]
+
+    change = samples.prepared.kept.get("measured change of rate", None, measured)
+    return change - _steps(t, prediction.angular_acceleration_mean, c)
 
 
 def _velocity(samples: FlightSamples, prediction: Prediction, c: Channel) -> Array:
-    t, r = samples.flight.t, samples.prepared.recorded
+    r = samples.prepared.recorded
+    t = r.t
     kept = samples.prepared.kept
 
     def turned() -> Array:
@@ -192,12 +200,16 @@ def _velocity(samples: FlightSamples, prediction: Prediction, c: Channel) -> Arr
 
 def _turn(samples: FlightSamples, prediction: Prediction, c: Channel) -> Array:
     k = prediction.kinematics
-    return _steps(samples.flight.t, k.turn - k.turn_by_imu, c)
+    t = samples.prepared.recorded.t
+    turned = samples.prepared.kept.get("recorded turn of samples", None, lambda: _steps(t, k.turn, c))
+    return turned - _steps(t, k.turn_by_imu, c)
 
 
 def _push(samples: FlightSamples, prediction: Prediction, c: Channel) -> Array:
     k = prediction.kinematics
-    return _steps(samples.flight.t, k.push - k.push_by_imu, c)
+    t = samples.prepared.recorded.t
+    pushed = samples.prepared.kept.get("recorded push of samples", None, lambda: _steps(t, k.push, c))
+    return pushed - _steps(t, k.push_by_imu, c)
 
 
 _RESIDUALS = {"force": _force, "velocity": _velocity, "rate": _rate, "turn": _turn, "push": _push}

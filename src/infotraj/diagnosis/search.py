@@ -20,7 +20,7 @@ from infotraj.diagnosis.observation import Member, Observation
 from infotraj.diagnosis.sensitivities import Sensitivities, sensitivities, start_of
 from infotraj.diagnosis.subsets import SubsetSearch
 from infotraj.diagnosis.sums import Sums, block_sums, held_out
-from infotraj.diagnosis.whitened import whiten
+from infotraj.diagnosis.whitened import Noise, whiten
 from infotraj.rotations import Array
 
 MATTERS = 0.05  # rise of the squared error, in units of the floor, below which an effect does not matter
@@ -41,6 +41,7 @@ class Search:
     matters: float = MATTERS
     fits: dict[frozenset[str], Fit | None] = field(default_factory=dict)
     trail: list[str] = field(default_factory=list)
+    _white: tuple[Noise, list[list[Array]]] | None = None
 
     def fitted(self, members: Sequence[Member]) -> Fit | None:
         """The fit of a set of members, made once."""
@@ -57,6 +58,16 @@ class Search:
 
     def joint(self, members: Sequence[Member]) -> tuple[list[list[Array]], Sensitivities]:
         """Residual of the model with `members`, their columns, and the candidates' of the base model."""
+        own, found = self._own(members)
+        old = 1 + len(self.base.of_members)
+        joint = [
+            [np.concatenate([a, b[:, :, old:]], axis=2) for a, b in zip(new, before, strict=True)]
+            for new, before in zip(own.joint, self.base.joint, strict=True)
+        ]
+        return joint, found
+
+    def _own(self, members: Sequence[Member]) -> tuple[Sensitivities, Sensitivities]:
+        """The members' own columns, and what all columns are when the candidates' follow them."""
         own = sensitivities(self.observation, members, [])
         shift = own.joint[0][0].shape[2] - 1
         taken = {m.candidate.label for m in members}
@@ -66,17 +77,21 @@ class Search:
             for c in self.base.choices
             if c.candidate.label not in taken
         ]
-        joint = [
-            [np.concatenate([a, b[:, :, 1 + old :]], axis=2) for a, b in zip(new, before, strict=True)]
-            for new, before in zip(own.joint, self.base.joint, strict=True)
-        ]
-        return joint, replace(own, choices=tuple(choices), joint=[])
+        return own, replace(own, choices=tuple(choices), joint=[])
 
-    def sums(self, joint: list[list[Array]]) -> Sums:
-        """Sums of the whitened residual and columns."""
+    def linear(self, members: Sequence[Member]) -> tuple[Sums, Sensitivities]:
+        """Sums of the whitened residual of the model with `members` and of all columns, and what these are."""
         o = self.observation
-        white = [whiten(s, o.noise, flight) for s, flight in zip(o.samples, joint, strict=True)]
-        return block_sums(o.samples, o.noise, o.blocks, white)
+        own, found = self._own(members)
+        if self._white is None or self._white[0] is not o.noise:
+            old = 1 + len(self.base.of_members)
+            candidate = [[b[:, :, old:] for b in flight] for flight in self.base.joint]
+            self._white = o.noise, [whiten(s, o.noise, f) for s, f in zip(o.samples, candidate, strict=True)]
+        joint = [
+            [np.concatenate([a, b], axis=2) for a, b in zip(whiten(s, o.noise, new), before, strict=True)]
+            for s, new, before in zip(o.samples, own.joint, self._white[1], strict=True)
+        ]
+        return block_sums(o.samples, o.noise, o.blocks, joint), found
 
 
 def start_search(
@@ -114,8 +129,7 @@ def run(search: Search, held: Sequence[Member]) -> Fit:
 
 def _additional(search: Search, members: Sequence[Member]) -> list[Member]:
     """Members that the residual asks for, by the smallest set that gains nearly as much as larger ones."""
-    joint, found = search.joint(members)
-    sums = search.sums(joint)
+    sums, found = search.linear(members)
     subsets = SubsetSearch(sums, found)
     best = subsets.search(_AT_ONCE)
     singles = [(i,) for i in range(len(found.choices))]
@@ -228,8 +242,8 @@ def alternatives(search: Search, rest: tuple[Member, ...], labels: set[str], cos
     without = search.fitted(rest)
     if without is None:
         return []
-    joint, found = search.joint(rest)
-    subsets = SubsetSearch(search.sums(joint), found)
+    sums, found = search.linear(rest)
+    subsets = SubsetSearch(sums, found)
     mine = [i for i, c in enumerate(found.choices) if c.candidate.label not in labels]
     base = subsets.score([()])[0].gain
     lost = without.cost - cost

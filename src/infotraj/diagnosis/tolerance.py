@@ -9,10 +9,11 @@ principle, 1966).
 
 from __future__ import annotations
 
+from collections.abc import Set
+
 import numpy as np
 
 from infotraj.diagnosis.fitting import Fit
-from infotraj.diagnosis.observation import Member
 from infotraj.diagnosis.search import Search
 from infotraj.diagnosis.sensitivities import Sensitivities
 from infotraj.diagnosis.sums import Sums
@@ -30,17 +31,16 @@ TOLERANCES = {
     "servo_bias": 1 / 10,  # 0.1 deg
     "imu_misalignment": 1 / 10,  # 0.1 deg
 }
-MOST = 4.0  # sum of squares in standard deviations that still counts as ordinary
+MOST = 5.0  # sum of squares in standard deviations that still counts as ordinary
 
 
-def tolerable(search: Search, whole: Fit, member: Member) -> bool:
-    """Whether tolerances explain what `member` explains in the fitted model `whole`."""
-    rest = [m for m in whole.members if m.candidate.label != member.candidate.label]
-    out = search.fitted(rest)
-    if out is None:
+def tolerable(search: Search, whole: Fit, labels: Set[str]) -> bool:
+    """Whether tolerances explain what the members `labels` of the fitted model `whole` explain together."""
+    rest = [m for m in whole.members if m.candidate.label not in labels]
+    if search.fitted(rest) is None:
         return False
-    joint, found = search.joint(rest)
-    sums = search.sums(joint)
+    rest = search.fitted(rest).members
+    sums, found = search.linear(rest)
     columns, deviation = nuisance(found)
     if not columns:
         return False

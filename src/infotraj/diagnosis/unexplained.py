@@ -90,7 +90,7 @@ def _left(search: Search, whole: Fit) -> list[list[Array]]:
     index = [*found.of_members, *columns]
     if not index:
         return [[x[:, :, 0] for x in flight] for flight in joint]
-    gram, right, _ = search.sums(joint).total()
+    gram, right, _ = search.linear(whole.members)[0].total()
     gram, right = gram.sum(axis=0)[np.ix_(index, index)], right.sum(axis=0)[index]
     prior = np.concatenate([np.full(len(found.of_members), 1e-6), 1 / deviation**2])
     theta = np.linalg.solve(gram + np.diag(prior), right)

@@ -33,8 +33,10 @@ def whiten(samples: FlightSamples, noise: Noise, values: Sequence[Array]) -> lis
     """Whitened columns: `values` one (m, 3, c) a channel, the same shapes out."""
     out = []
     for channel, x in zip(samples.channels, values, strict=True):
-        whiteners = noise[channel.key]
-        out.append(np.stack([whiteners[i].apply(np.ascontiguousarray(x[:, i]), channel.run) for i in range(3)], axis=1))
+        white = np.empty(x.shape)
+        for i, whitener in enumerate(noise[channel.key]):
+            whitener.into(x[:, i], channel.run, white[:, i])
+        out.append(white)
     return out
 
 

@@ -36,8 +36,14 @@ class Whitener:
 
     def apply(self, values: Array, run: NDArray) -> Array:
         """Whitened values (m, c) in units of the noise; rows that a run needs to start are 0."""
+        out = np.empty(values.shape)
+        self.into(np.ascontiguousarray(values), run, out)
+        return out
+
+    def into(self, values: Array, run: NDArray, out: Array) -> None:
+        """The same, written to `out` (m, c)."""
         x = _innovations(values, run, self.gain) if self.gain is not None else values
-        return _filtered(np.ascontiguousarray(x), run, self.coefficients, 1.0 / self.deviation)
+        _filtered(x, run, self.coefficients, 1.0 / self.deviation, out)
 
     def used(self, run: NDArray) -> NDArray:
         """Which samples count: all but the first p of every run."""
@@ -122,19 +128,20 @@ def _innovations(values, run, gain):
     return out
 
 
-@njit(cache=True)
-def _filtered(x, run, a, scale):
+@njit(cache=True, fastmath=True)
+def _filtered(x, run, a, scale, out):
     m, c = x.shape
     p = len(a)
-    out = np.zeros((m, c))
     place = 0
     for k in range(m):
         place = 0 if k == 0 or run[k] != run[k - 1] else place + 1
         if place < p:
+            for j in range(c):
+                out[k, j] = 0.0
             continue
         for j in range(c):
-            total = x[k, j]
-            for i in range(p):
-                total -= a[i] * x[k - 1 - i, j]
-            out[k, j] = total * scale
-    return out
+            out[k, j] = x[k, j] * scale
+        for i in range(p):
+            weight = a[i] * scale
+            for j in range(c):
+                out[k, j] -= weight * x[k - 1 - i, j]
