@@ -23,7 +23,7 @@ from infotraj.diagnosis.search import MATTERS, SIGNIFICANCE, Search
 from infotraj.diagnosis.sensitivities import Sensitivities
 from infotraj.diagnosis.subsets import SubsetSearch
 from infotraj.diagnosis.sums import Sums, held_out
-from infotraj.diagnosis.tolerance import tolerable
+from infotraj.diagnosis.tolerance import tolerated
 from infotraj.diagnosis.unexplained import Unexplained, unexplained
 from infotraj.diagnosis.whitened import blocks, noise_model
 from infotraj.effects import Effect, catalogue
@@ -125,14 +125,15 @@ def diagnose(
     taken = {m.candidate.label for m in held}
     search = searching.start_search(observation, held, [c for c in known if c.label not in taken], rng, matters)
     whole = searching.run(search, held)
-    tolerated = _tolerated(search, whole)
+    # What tolerances explain stays in the model in which the others are judged: it is in the flights.
+    ordinary = tolerated(search, whole)
     left = unexplained(search, whole, rng)
     refused = refusal.unanswered(search.observation.model(whole.members), flights, start, stop)
-    findings = _findings(search, whole, list(catalog), known, hidden, tolerated, left, refused, rng)
+    findings = _findings(search, whole, list(catalog), known, hidden, ordinary, left, refused, rng)
     supported, chosen = _supported(findings, whole, search)
     final = whole
     if not {m.candidate.label for m in chosen} <= {m.candidate.label for m in whole.members}:
-        final = search.fitted([*(m for m in whole.members if m.held or m.candidate.label in tolerated), *chosen])
+        final = search.fitted([*(m for m in whole.members if m.held or m.candidate.label in ordinary), *chosen])
     labels = {m.candidate.label for m in (*held, *chosen)}
     added = [m for m in final.members if m.candidate.label in labels]
     after_model = Model(vehicle, [m.effect for m in added]) if chosen else model
@@ -158,20 +159,7 @@ def _held(effect: Effect, flight: Flight, vehicle: Vehicle) -> Member:
     return Member(Candidate(type(effect), chosen or form, fixed), effect, held=True)
 
 
-def _tolerated(search: Search, whole: Fit) -> frozenset[str]:
-    """Labels of the members that ordinary tolerances explain, all of them together, the least ones first.
-
-    They stay in the model in which the others are judged: what they stand for is in the flights.
-    """
-    found: frozenset[str] = frozenset()
-    free = [(searching.rise_without(search, whole, m), m.candidate.label) for m in whole.members if not m.held]
-    for _, label in sorted(free):
-        if tolerable(search, whole, found | {label}):
-            found |= {label}
-    return found
-
-
-def _findings(search, whole, order, known, hidden, tolerated, left, refused, rng) -> tuple[Finding, ...]:
+def _findings(search, whole, order, known, hidden, ordinary, left, refused, rng) -> tuple[Finding, ...]:
     sums, found = search.linear(whole.members)
     singles = [(i,) for i in range(len(found.choices))]
     chance = float(np.quantile(null_gains(sums, found, singles, rng), SIGNIFICANCE)) if singles else 0.0
@@ -180,7 +168,7 @@ def _findings(search, whole, order, known, hidden, tolerated, left, refused, rng
     widen = _WIDEN if left.found else 1.0
     errors = dict(zip([m.candidate.label for m in whole.members], _errors(whole, vehicle, widen), strict=True))
     out: dict[str, Finding] = {}
-    reported = [m for m in whole.members if m.candidate.label not in tolerated]
+    reported = [m for m in whole.members if m.candidate.label not in ordinary]
     for m in reported:
         made = _of_member(search, whole, m, order, chance, left, refused, wrong, errors, rng)
         for f in made:
@@ -200,11 +188,11 @@ def _findings(search, whole, order, known, hidden, tolerated, left, refused, rng
         if name in hidden:
             out[name] = Finding(name, "Not testable here", (name,), None, {}, {}, hidden[name])
             continue
-        small = [m for m in whole.members if m.candidate.name == name and m.candidate.label in tolerated]
+        small = [m for m in whole.members if m.candidate.name == name and m.candidate.label in ordinary]
         if small:
             out[name] = _of_tolerated(search, whole, small[0], chance, errors, rng)
         else:
-            out[name] = _of_absent(search, whole, sums, found, name, chance, bool(tolerated), rng)
+            out[name] = _of_absent(search, whole, sums, found, name, chance, bool(ordinary), rng)
     return tuple(out[n] for n in order)
 
 
@@ -215,7 +203,7 @@ def _of_member(search, whole, m, order, chance, left, refused, wrong, errors, rn
     e = evidence(
         searching.heldout_error(out),
         searching.heldout_error(whole),
-        whole.sums.rows,
+        whole.sums.windows,
         whole.sums.axes,
         whole.sums.fold,
         whole.sums.flight,
@@ -271,7 +259,7 @@ def _of_member(search, whole, m, order, chance, left, refused, wrong, errors, rn
 def _in_place(search: Search, out: Fit, fitted: Fit, chance: float, rng) -> Evidence:
     s = fitted.sums
     return evidence(
-        searching.heldout_error(out), searching.heldout_error(fitted), s.rows, s.axes, s.fold, s.flight, chance, rng
+        searching.heldout_error(out), searching.heldout_error(fitted), s.windows, s.axes, s.fold, s.flight, chance, rng
     )
 
 
@@ -293,7 +281,7 @@ def _of_tolerated(search, whole, m, chance, errors, rng) -> Finding:
     return Finding(m.candidate.name, "Not needed", (m.candidate.name,), e, _values(m), numbers, reason)
 
 
-def _of_absent(search, whole, sums: Sums, found: Sensitivities, name, chance, tolerated, rng) -> Finding:
+def _of_absent(search, whole, sums: Sums, found: Sensitivities, name, chance, ordinary, rng) -> Finding:
     subsets = SubsetSearch(sums, found)
     mine = [i for i, c in enumerate(found.choices) if c.candidate.name == name]
     if not mine:
@@ -304,8 +292,8 @@ def _of_absent(search, whole, sums: Sums, found: Sensitivities, name, chance, to
     error, _ = held_out(sums, columns)
     if not np.isfinite(best.gain):
         error = base
-    e = evidence(base, error, sums.rows, sums.axes, sums.fold, sums.flight, chance, rng)
-    if tolerated and e.gain >= chance:
+    e = evidence(base, error, sums.windows, sums.axes, sums.fold, sums.flight, chance, rng)
+    if ordinary and e.gain >= chance:
         # What made the tolerated effects unnecessary makes this one unnecessary too.
         return Finding(
             name, "Not needed", (name,), e, {}, {}, "ordinary tolerances of the vehicle file explain as much"
@@ -335,7 +323,7 @@ def _usual_rise(sums: Sums, found: Sensitivities, index: int) -> float:
         if own:
             block = total[np.ix_(own, own)]
             column[own] = -np.linalg.solve(block + 1e-9 * np.diag(np.diag(block)), total[own, c])
-        rise = np.einsum("aij,i,j->a", gram, column, column) / np.maximum(sums.rows.sum(axis=1), 1)
+        rise = np.einsum("aij,i,j->a", gram, column, column) / np.maximum(sums.windows.sum(axis=1), 1)
         best = max(best, float(rise.max()))
     return best
 

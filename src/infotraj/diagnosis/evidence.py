@@ -32,7 +32,7 @@ class Evidence:
 def evidence(
     without: Array,
     with_it: Array,
-    rows: Array,
+    windows: Array,
     axes: tuple[str, ...],
     fold: Array,
     flight: Array,
@@ -42,8 +42,8 @@ def evidence(
 ) -> Evidence:
     """Compares the held-out error (axes, blocks) without and with an effect.
 
-    rows (axes, blocks); least: gain that chance gives; rivals: errors (axes, blocks) of models with another effect in
-    its place, which a resample prefers where they are lower.
+    windows (axes, blocks): see `sums.Sums`; least: gain that chance gives; rivals: errors (axes, blocks) of models with
+    another effect in its place, which a resample prefers where they are lower.
     """
     lost, kept = without.sum(axis=0), with_it.sum(axis=0)
     draws = resampled(flight, rng)
@@ -53,7 +53,7 @@ def evidence(
     for rival in rivals or []:
         chosen &= draws @ rival.sum(axis=0) > b
     better = sum(bool(kept[fold == f].sum() < lost[fold == f].sum()) for f in np.unique(fold))
-    rise = (without - with_it).sum(axis=1) / np.maximum(rows.sum(axis=1), 1)
+    rise = (without - with_it).sum(axis=1) / np.maximum(windows.sum(axis=1), 1)
     return Evidence(
         float((kept.sum() - lost.sum()) / max(lost.sum(), 1e-300)),
         (float(np.quantile(change, 0.025)), float(np.quantile(change, 0.975))),

@@ -39,7 +39,8 @@ class Channel:
 
     name; difference: whether the samples are steps between rows (noise is then differenced); first, last (m,) rows of
     each sample (equal for a level); run (m,): number of the unbroken stretch that a sample belongs to; key: the samples
-    of all flights with the same key share one noise model (quantity and sampling rate).
+    of all flights with the same key share one noise model (quantity and sampling rate); step: usual time between
+    samples, s.
     """
 
     name: str
@@ -48,6 +49,7 @@ class Channel:
     last: NDArray
     run: NDArray
     key: str
+    step: float
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -154,9 +156,9 @@ def _channel(name: str, difference: bool, t: Array, keep: NDArray, sampled: NDAr
     step = float(np.median(np.diff(t[rows])))
     key = f"{name} {1 / step:.0f}"
     if not difference:
-        return Channel(name, False, rows, rows, run, key)
+        return Channel(name, False, rows, rows, run, key, step)
     first, last = rows[:-1][unbroken], rows[1:][unbroken]
-    return Channel(name, True, first, last, run[1:][unbroken], key) if len(first) >= 50 else None
+    return Channel(name, True, first, last, run[1:][unbroken], key, step) if len(first) >= 50 else None
 
 
 def _steps(t: Array, mean: Array, channel: Channel) -> Array:

@@ -12,12 +12,13 @@ from itertools import combinations
 
 import numpy as np
 
-from infotraj.diagnosis.candidates import Candidate, places
+from infotraj.diagnosis.candidates import Candidate, Variant, places
 from infotraj.diagnosis.fitting import Fit, fit
 from infotraj.diagnosis.noise import PRIOR, estimated
 from infotraj.diagnosis.null import null_gains
 from infotraj.diagnosis.observation import Member, Observation
-from infotraj.diagnosis.sensitivities import Sensitivities, sensitivities, start_of
+from infotraj.diagnosis.scanning import scanned, shape_of
+from infotraj.diagnosis.sensitivities import Sensitivities, extended, sensitivities, start_of
 from infotraj.diagnosis.subsets import SubsetSearch
 from infotraj.diagnosis.sums import Sums, block_sums, held_out
 from infotraj.diagnosis.whitened import Noise, whiten
@@ -104,7 +105,20 @@ def start_search(
     """Linearises every candidate around the model and estimates the noise from what their richest fit leaves."""
     base = sensitivities(observation, held, known)
     observation = estimated(observation, base.joint)
+    for candidate in known:
+        for _ in range(2 if shape_of(candidate, observation) is not None else 0):
+            own = [i for c in base.choices if c.candidate.label == candidate.label for i in c.columns]
+            variant = scanned(observation, held, candidate, base.joint, own)
+            if variant is None or _tried(variant, base):
+                break
+            base = extended(base, observation, held, variant)
+            observation = estimated(observation, base.joint, rounds=1)
     return Search(observation, tuple(known), base, rng, matters)
+
+
+def _tried(variant: Variant, base: Sensitivities) -> bool:
+    same = [c.variant.start for c in base.choices if c.candidate.label == variant.candidate.label]
+    return any(np.allclose(variant.start, start, rtol=0.01) for start in same)
 
 
 def run(search: Search, held: Sequence[Member]) -> Fit:
@@ -146,7 +160,7 @@ def _additional(search: Search, members: Sequence[Member]) -> list[Member]:
         return []
     before, _ = held_out(sums, best[0].columns)
     after, _ = held_out(sums, scored.columns)
-    rise = ((before - after).sum(axis=1) / np.maximum(sums.rows.sum(axis=1), 1)).max()
+    rise = ((before - after).sum(axis=1) / np.maximum(sums.windows.sum(axis=1), 1)).max()
     if rise < search.matters:
         return []
     new, place = [], len(found.of_members)
@@ -198,16 +212,16 @@ def _without_idle(search: Search, members: tuple[Member, ...]) -> tuple[Member, 
 
 
 def rise_without(search: Search, whole: Fit, member: Member) -> float:
-    """Rise of the held-out squared error per sample, on the most affected axis, when `member` is taken out."""
+    """Rise of the held-out squared error per 50 ms, on the most affected axis, when `member` is taken out."""
     rest = [x for x in whole.members if x.candidate.label != member.candidate.label]
     out = search.fitted(rest)
     return float(rises(whole, out).max())
 
 
 def rises(whole: Fit, out: Fit) -> Array:
-    """Rise of the held-out squared error per sample from one fit to another, axis by axis."""
-    rows = np.maximum(whole.sums.rows.sum(axis=1), 1)
-    return (heldout_error(out) - heldout_error(whole)).sum(axis=1) / rows
+    """Rise of the held-out squared error per 50 ms from one fit to another, axis by axis."""
+    windows = np.maximum(whole.sums.windows.sum(axis=1), 1)
+    return (heldout_error(out) - heldout_error(whole)).sum(axis=1) / windows
 
 
 def heldout_error(found: Fit) -> Array:

@@ -7,7 +7,7 @@ effect is in the model already, by a secant from its absent value where it is no
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -87,6 +87,23 @@ def sensitivities(observation: Observation, members: Sequence[Member], absent: S
     joint = _joint(observation, effects, models, choices)
     low, high = (np.array([getattr(p, side) for _, p in owner]) for side in ("low", "high"))
     return Sensitivities(tuple(map(tuple, of_members)), x * scales, scales, low, high, tuple(choices), joint)
+
+
+def extended(
+    found: Sensitivities, observation: Observation, members: Sequence[Member], variant: Variant
+) -> Sensitivities:
+    """The same with the columns of one more linearisation behind the others."""
+    count = found.joint[0][0].shape[2] - 1
+    effects = [m.effect for m in members]
+    models = [([*effects, effect], size) for _, effect, size in variant.points]
+    local = _choice(variant, tuple(range(len(models))), observation.vehicle)
+    more = _joint(observation, effects, models, [local])
+    joint = [
+        [np.concatenate([a, b[:, :, 1:]], axis=2) for a, b in zip(old, new, strict=True)]
+        for old, new in zip(found.joint, more, strict=True)
+    ]
+    choice = replace(local, columns=tuple(count + c for c in local.columns))
+    return replace(found, choices=(*found.choices, choice), joint=joint)
 
 
 def _choice(variant: Variant, columns: tuple[int, ...], vehicle: Vehicle) -> Choice:

@@ -1,4 +1,4 @@
-"""Sums over blocks of flights that carry everything a linear fit needs: S'S, S'r, r'r and the number of samples.
+"""Sums over blocks of flights that carry everything a linear fit needs: S'S, S'r, r'r and the time covered.
 
 From here on no flight is read again. Fitting any subset of columns on any blocks and testing it on any others is one
 small solve (the normal equations of weighted least squares; the residual and the columns are whitened by one filter).
@@ -16,17 +16,22 @@ from infotraj.diagnosis.residual import FlightSamples
 from infotraj.diagnosis.whitened import Blocks, Noise
 from infotraj.rotations import Array
 
+WINDOW = 0.05  # s: unit of time of a rise; what matters to a vehicle's motion lasts longer
 RIDGE = 1e-9  # of each column's own sum of squares: keeps collinear columns solvable, changes nothing else
 
 
 @dataclass(frozen=True)
 class Sums:
-    """gram (axes, blocks, p, p), right (axes, blocks, p), square (axes, blocks), rows (axes, blocks); axes: names."""
+    """gram (axes, blocks, p, p), right (axes, blocks, p), square and windows (axes, blocks); axes: their names.
+
+    windows: time in units of WINDOW. A squared error divided by it is in units of the floor of a mean over that long,
+    whatever the rate at which the sensors were sampled.
+    """
 
     gram: Array
     right: Array
     square: Array
-    rows: Array
+    windows: Array
     axes: tuple[str, ...]
     fold: Array
     flight: Array
@@ -39,7 +44,7 @@ class Sums:
         """The same sums after the residual has become r - S theta."""
         along = np.einsum("abij,j->abi", self.gram, theta)
         square = self.square - 2 * self.right @ theta + along @ theta
-        return Sums(self.gram, self.right - along, square, self.rows, self.axes, self.fold, self.flight)
+        return Sums(self.gram, self.right - along, square, self.windows, self.axes, self.fold, self.flight)
 
     def restricted(self, columns: Sequence[int]) -> Sums:
         """The sums of some columns."""
@@ -48,7 +53,7 @@ class Sums:
             self.gram[:, :, c[:, None], c],
             self.right[:, :, c],
             self.square,
-            self.rows,
+            self.windows,
             self.axes,
             self.fold,
             self.flight,
@@ -63,7 +68,7 @@ def block_sums(samples: Sequence[FlightSamples], noise: Noise, blocks: Blocks, j
     p = joint[0][0].shape[2] - 1
     gram = np.zeros((len(names), blocks.count, p, p))
     right = np.zeros((len(names), blocks.count, p))
-    square, rows = np.zeros((len(names), blocks.count)), np.zeros((len(names), blocks.count))
+    square, windows = np.zeros((len(names), blocks.count)), np.zeros((len(names), blocks.count))
     for number, s in enumerate(samples):
         for place, (channel, x) in enumerate(zip(s.channels, joint[number], strict=True)):
             block = blocks.of_sample[number][place]
@@ -78,8 +83,8 @@ def block_sums(samples: Sequence[FlightSamples], noise: Noise, blocks: Blocks, j
                     square[a, b] += outer[0, 0]
                     right[a, b] += outer[1:, 0]
                     gram[a, b] += outer[1:, 1:]
-                    rows[a, b] += used[start:stop].sum()
-    return Sums(gram, right, square, rows, tuple(names), blocks.fold, blocks.flight)
+                    windows[a, b] += used[start:stop].sum() * channel.step / WINDOW
+    return Sums(gram, right, square, windows, tuple(names), blocks.fold, blocks.flight)
 
 
 def solve(gram: Array, right: Array) -> Array:

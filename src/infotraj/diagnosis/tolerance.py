@@ -1,10 +1,13 @@
 """Whether ordinary tolerances of a vehicle explain what an effect explains: then it is real, but it does not matter.
 
 No vehicle file is right to the last digit: rotors differ by a per cent, an inertia by two, a time stamp by a fraction
-of a row. Minutes of data find each of these with certainty. So an effect counts as within tolerance when small changes
-of such numbers, together, leave no more error than the limit of what matters. The least of them is found by a prior of
+of a row. Minutes of data find each of these with certainty. So effects count as within tolerance when small changes of
+such numbers, together, leave no more error than the limit of what matters. The least of them is found by a prior of
 these standard deviations whose weight grows until the error rises by that limit (Tikhonov; Morozov's discrepancy
 principle, 1966).
+
+How much is ordinary depends on company. Tolerances come together: where other numbers deviate too, deviations up to
+what is likely by chance are ordinary; one clean deviation and nothing beside it is an effect, unless it is tiny.
 """
 
 from __future__ import annotations
@@ -31,22 +34,52 @@ TOLERANCES = {
     "servo_bias": 1 / 10,  # 0.1 deg
     "imu_misalignment": 1 / 10,  # 0.1 deg
 }
-MOST = 5.0  # sum of squares in standard deviations that still counts as ordinary
+ALONE = 1.0  # sum of squares, in standard deviations, that is ordinary for one number that deviates alone
+TOGETHER = 10.0  # the same where several do (95 % of chi squared with four to five degrees of freedom)
+_EVIDENT = 100.0  # fall of the squared error by tolerances beside the model: more than chance, others deviate too
 
 
-def tolerable(search: Search, whole: Fit, labels: Set[str]) -> bool:
-    """Whether tolerances explain what the members `labels` of the fitted model `whole` explain together."""
-    rest = [m for m in whole.members if m.candidate.label not in labels]
-    if search.fitted(rest) is None:
-        return False
-    rest = search.fitted(rest).members
-    sums, found = search.linear(rest)
+def tolerated(search: Search, whole: Fit) -> frozenset[str]:
+    """Labels of the members of the fitted model `whole` that tolerances explain, all of them together."""
+    alone = {}
+    for m in whole.members:
+        if not m.held:
+            alone[m.candidate.label] = _least(search, whole, {m.candidate.label})
+    suspects = {label: least for label, least in alone.items() if least <= 3 * TOGETHER}
+    company = bool(suspects) and _beside(search, whole) > _EVIDENT
+    while suspects:
+        most = TOGETHER if company or len(suspects) > 1 else ALONE
+        least = _least(search, whole, set(suspects)) if len(suspects) > 1 else next(iter(suspects.values()))
+        if least <= most:
+            return frozenset(suspects)
+        del suspects[max(suspects, key=suspects.get)]
+    return frozenset()
+
+
+def _least(search: Search, whole: Fit, labels: Set[str]) -> float:
+    """Least sum of squares, in standard deviations, that explains what these members explain; inf where none does."""
+    out = search.fitted([m for m in whole.members if m.candidate.label not in labels])
+    if out is None:
+        return float("inf")
+    sums, found = search.linear(out.members)
     columns, deviation = nuisance(found)
     if not columns:
-        return False
-    allowed = search.matters * whole.sums.rows.sum(axis=1) + whole_error(whole)
-    least = least_tolerance(sums, found, columns, deviation, allowed)
-    return least <= MOST
+        return float("inf")
+    allowed = search.matters * whole.sums.windows.sum(axis=1) + whole_error(whole)
+    return least_tolerance(sums, found, columns, deviation, allowed)
+
+
+def _beside(search: Search, whole: Fit) -> float:
+    """Fall of the squared error of the fitted model when tolerances are fitted beside it."""
+    sums, found = search.linear(whole.members)
+    columns, deviation = nuisance(found)
+    index = [*found.of_members, *columns]
+    if not columns:
+        return 0.0
+    gram, right, _ = sums.total()
+    gram, right = gram.sum(axis=0)[np.ix_(index, index)], right.sum(axis=0)[index]
+    prior = np.concatenate([np.full(len(found.of_members), 1e-6), 1 / deviation**2])
+    return float(right @ np.linalg.solve(gram + np.diag(prior), right))
 
 
 def nuisance(found: Sensitivities) -> tuple[list[int], np.ndarray]:

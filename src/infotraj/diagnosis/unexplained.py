@@ -13,17 +13,22 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from infotraj.diagnosis.features import bins, memory, named, random_features
+from infotraj.comparing.floor import white_noise
+from infotraj.diagnosis.features import BIN, bins, memory, named, random_features
 from infotraj.diagnosis.fitting import Fit
 from infotraj.diagnosis.search import Search
+from infotraj.diagnosis.sums import WINDOW
 from infotraj.diagnosis.tolerance import nuisance
 from infotraj.diagnosis.whitened import noise_model, whiten
+from infotraj.models.interpolation import interpolate
+from infotraj.models.recorded import Samples
 from infotraj.rotations import Array
 
 _RIDGES = 10.0 ** np.arange(-1.0, 5.5, 0.5)
 _SHIFTS = 12
 _TERMS = 3
 _LEAST_SHARE = 0.05
+_LOUD = 10.0
 
 
 @dataclass(frozen=True)
@@ -63,12 +68,16 @@ def unexplained(search: Search, whole: Fit, rng: np.random.Generator) -> Unexpla
     for s in o.samples:
         names += [c.name for c in s.channels if c.name not in names]
     predicted = [[np.zeros_like(x) for x in flight] for flight in left]
+    loud: dict[str, Structure] = {}
     held: dict[str, tuple[float, float, tuple, str | None, float]] = {}
     for name in names:
         table = _table(search, left, predictions, name, rng)
         ridge = _Ridge(table.features, table.fold)
         for i in range(3):
             axis, outcome, fitted = _axis(table, ridge, i)
+            ratio = _loudness(table.target[:, i] - fitted, table, i, search.observation.vehicle.gravity)
+            if ratio is not None:
+                loud[axis] = Structure(axis, 0.0, 0.0, ratio**2, (), None, 0.0)
             held[axis] = outcome
             for (flight, place, gathered), part in zip(table.where, np.split(fitted, table.cuts), strict=True):
                 channel = o.samples[flight].channels[place]
@@ -80,6 +89,8 @@ def unexplained(search: Search, whole: Fit, rng: np.random.Generator) -> Unexpla
         for axis, (share, chance, goes, hint, hint_share) in held.items()
     }
     real = [s for s in every.values() if s.share > max(s.chance, _LEAST_SHARE) and s.rise > search.matters]
+    named = {s.axis for s in real}
+    real += [s for axis, s in loud.items() if axis not in named]
     return Unexplained(bool(real), tuple(sorted(real, key=lambda s: -s.rise)), every)
 
 
@@ -98,12 +109,30 @@ def _left(search: Search, whole: Fit) -> list[list[Array]]:
     return [[x[:, :, 0] - x[:, :, take] @ theta for x in flight] for flight in joint]
 
 
+def _loudness(y: Array, table: _Table, i: int, gravity: float) -> float | None:
+    """How far what cannot be predicted lies above its own fast noise, where it is far, slow and large; else None.
+
+    Large: 3 % of gravity, or a fifth of the measured change of rate. Hidden motion that no recorded quantity predicts
+    (a load that tumbles) is structure too; ordinary turbulence stays below.
+    """
+    name = table.axes[i]
+    if name[0] not in "fvt" or name.startswith("turn"):
+        return None
+    floor = float(white_noise(BIN * np.arange(len(y)), y[:, None])[0])
+    size = float(np.sqrt(np.mean(y**2)))
+    least = 0.03 * gravity * (BIN if name[0] == "v" else 1.0)
+    if name[0] == "t":
+        least = 0.2 * float(np.sqrt(np.mean(table.measured[:, i] ** 2)))
+    return size / floor if size > _LOUD * floor and size > least else None
+
+
 @dataclass(frozen=True)
 class _Table:
-    """Targets (N, 3) and features (N, d) of one channel over all flights, named ones first, and folds (N,)."""
+    """Targets and what was measured (N, 3), features (N, d), named ones first, and folds (N,), of one channel."""
 
     axes: tuple[str, ...]
     target: Array
+    measured: Array
     features: Array
     names: tuple[str, ...]
     fold: Array
@@ -113,7 +142,7 @@ class _Table:
 
 def _table(search: Search, left, predictions, name: str, rng: np.random.Generator) -> _Table:
     o = search.observation
-    targets, tables, memories, folds, where = [], [], [], [], []
+    targets, sides, tables, memories, folds, where = [], [], [], [], [], []
     axes: tuple[str, ...] = ()
     for number, s in enumerate(o.samples):
         for place, channel in enumerate(s.channels):
@@ -123,6 +152,8 @@ def _table(search: Search, left, predictions, name: str, rng: np.random.Generato
             gathered = bins(s, channel)
             total = np.stack([np.bincount(gathered.of_sample, left[number][place][:, i]) for i in range(3)], axis=1)
             targets.append(total if channel.difference else total / gathered.size[:, None])
+            rate = s.prepared.recorded.rate
+            sides.append(np.zeros_like(targets[-1]) if name != "rate" else _binned_change(rate, gathered.time))
             tables.append(named(s, predictions[number], gathered.time))
             memories.append(memory(s, predictions[number], gathered.time))
             block = o.blocks.of_sample[number][place]
@@ -149,8 +180,21 @@ def _table(search: Search, left, predictions, name: str, rng: np.random.Generato
     kept = tuple(n for n, m in zip(names, moves, strict=True) if m)
     cuts = np.cumsum([len(t) for t in targets])[:-1]
     return _Table(
-        axes, np.concatenate(targets), np.concatenate(parts, axis=1), kept, np.concatenate(folds), where, cuts
+        axes,
+        np.concatenate(targets),
+        np.concatenate(sides),
+        np.concatenate(parts, axis=1),
+        kept,
+        np.concatenate(folds),
+        where,
+        cuts,
     )
+
+
+def _binned_change(rate: Samples, time: Array) -> Array:
+    """Measured change of the rate over the bins at `time`."""
+    half = 0.5 * BIN
+    return interpolate(rate.times, rate.values, time + half) - interpolate(rate.times, rate.values, time - half)
 
 
 def _standard(x: Array) -> Array:
@@ -230,17 +274,17 @@ def _plain_share(x: Array, y: Array, fold: Array) -> float:
 
 
 def _rises(search: Search, left: list[list[Array]], predicted: list[list[Array]]) -> dict[str, float]:
-    """Rise of the whitened squared error a sample that the predicted structure makes, under the noise without it."""
+    """Rise of the whitened squared error per 50 ms that the predicted structure makes, under the noise without it."""
     o = search.observation
     rest = [[a - b for a, b in zip(x, y, strict=True)] for x, y in zip(left, predicted, strict=True)]
     o = o.with_noise(noise_model(o.samples, rest))
     total: dict[str, float] = {}
-    rows: dict[str, float] = {}
+    windows: dict[str, float] = {}
     for s, with_it, without in zip(o.samples, left, rest, strict=True):
         white = whiten(s, o.noise, [np.stack([a, b], axis=2) for a, b in zip(with_it, without, strict=True)])
         for channel, x in zip(s.channels, white, strict=True):
             for i, axis in enumerate(channel.axes):
                 squares = np.sum(x[:, i] ** 2, axis=0)
                 total[axis] = total.get(axis, 0.0) + float(squares[0] - squares[1])
-                rows[axis] = rows.get(axis, 0.0) + len(x)
-    return {axis: total[axis] / rows[axis] for axis in total}
+                windows[axis] = windows.get(axis, 0.0) + len(x) * channel.step / WINDOW
+    return {axis: total[axis] / windows[axis] for axis in total}

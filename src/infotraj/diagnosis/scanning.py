@@ -1,0 +1,109 @@
+"""Finds where to linearise an effect whose column changes its shape with a number: the length of a swinging load.
+
+An undamped swing drifts out of step with one of another length within seconds, so a few starts are not enough. The
+number is scanned over a fine grid on one flight: what the column explains of the whitened residual once every other
+column has explained what it can (the profile of the squared error; Golub and Pereyra 1973, variable projection).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from infotraj.diagnosis.candidates import Candidate, Variant, places, read, variants, written
+from infotraj.diagnosis.noise import PRIOR
+from infotraj.diagnosis.observation import Member, Observation
+from infotraj.diagnosis.residual import FlightSamples, flight_samples
+from infotraj.diagnosis.whitened import whiten
+from infotraj.errors import InputError
+from infotraj.rotations import Array
+
+_STEPS = 56
+_BEYOND = 1.6  # the grid reaches this far beyond the effect's own starts
+_ROWS = 4000  # of the flight: enough to tell swings apart
+
+
+def shape_of(candidate: Candidate, observation: Observation) -> int | None:
+    """Which fitted number of a candidate changes nothing alone and has several starts; None for most effects."""
+    found = variants(candidate, observation.vehicle)
+    if len(found) < 2:
+        return None
+    used = {i for i, _, _ in found[0].points}
+    idle = [i for i in range(len(found[0].start)) if i not in used]
+    return idle[0] if len(idle) == 1 and found[0].points else None
+
+
+def scanned(
+    observation: Observation, members: Sequence[Member], candidate: Candidate, joint: list[list[Array]], skip: list[int]
+) -> Variant | None:
+    """The best linearisation of a candidate on the grid, or None for one without a shape.
+
+    joint: residual and all columns, one (m, 3, 1 + p) a channel of a flight, not whitened; skip: the candidate's own.
+    """
+    shape = shape_of(candidate, observation)
+    if shape is None:
+        return None
+    vehicle = observation.vehicle
+    at = places(candidate, vehicle)
+    own = variants(candidate, vehicle)
+    values = np.array([v.start[shape] for v in own])
+    low = max(values.min() / _BEYOND, at[shape].low)
+    high = min(values.max() * _BEYOND, at[shape].high)
+    s, short = _part(observation, members)
+    white = whiten(s, observation.noise, short(joint))
+    kept = [i for i in range(white[0].shape[2]) if i not in {1 + c for c in skip}]
+    stacked = np.concatenate([w.reshape(-1, w.shape[2]) for w in white])[:, kept]
+    r, others = stacked[:, 0], stacked[:, 1:]
+    factor = np.linalg.cholesky(others.T @ others + np.eye(others.shape[1]) / PRIOR**2)
+    base = observation.model(members)
+    before = s.residual(base)
+    best: tuple[float, Array] | None = None
+    for value in np.geomspace(low, high, _STEPS):
+        start = own[0].start.copy()
+        for i, _, size in own[0].points:
+            start[i] += size
+        start[shape] = value
+        try:
+            after = s.residual(base.with_effects(written(candidate, at, start)))
+        except InputError:
+            continue
+        raw = [(b - a)[:, :, None] for a, b in zip(after, before, strict=True)]
+        column = np.concatenate([w.reshape(-1) for w in whiten(s, observation.noise, raw)])
+        along = np.linalg.solve(factor, others.T @ np.column_stack([column, r]))
+        size = column @ column - along[:, 0] @ along[:, 0]
+        shared = column @ r - along[:, 0] @ along[:, 1]
+        gain = shared**2 / size if size > 1e-9 * (column @ column) and shared > 0 else 0.0
+        if best is None or gain > best[0]:
+            best = (gain, start)
+    if best is None:
+        return None
+    return _variant(candidate, observation, best[1], own[0])
+
+
+def _part(observation: Observation, members: Sequence[Member]) -> tuple[FlightSamples, Callable]:
+    """The flight to scan on, its first part where it is long, and what cuts the columns of all flights to it."""
+    number = int(np.argmax([min(len(s.flight.t), _ROWS) for s in observation.samples]))
+    s = observation.samples[number]
+    if len(s.flight.t) > 2 * _ROWS:
+        t = s.flight.t
+        part = flight_samples(observation.model(members), s.flight.between(t[0], t[_ROWS]))
+        if [c.key for c in part.channels] == [c.key for c in s.channels]:
+            s = part
+    counts = [len(c.last) for c in s.channels]
+    return s, lambda joint: [x[:n] for x, n in zip(joint[number], counts, strict=True)]
+
+
+def _variant(candidate: Candidate, observation: Observation, start: Array, like: Variant) -> Variant:
+    vehicle = observation.vehicle
+    at = places(candidate, vehicle)
+    absent = read(candidate.absent(vehicle), at)
+    points = []
+    used = [i for i, _, _ in like.points]
+    for i in used:
+        x = start.copy()
+        for j in used:
+            if j != i:
+                x[j] = absent[j]
+        points.append((i, written(candidate, at, x), float(start[i] - absent[i])))
+    return Variant(candidate, tuple(points), start)
