@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -49,7 +50,11 @@ class Flight:
 
     def has(self, *columns: str) -> bool:
         """True where every named column exists and holds at least one number."""
-        return all(c in self.table and self.table[c].notna().any() for c in columns)
+        return all(c in self._filled for c in columns)
+
+    @cached_property
+    def _filled(self) -> frozenset[str]:
+        return frozenset(self.table.columns[self.table.notna().any()])
 
     def get(self, *columns: str) -> Array:
         """The named columns, (n, len(columns)). InputError names those that are missing."""

@@ -14,7 +14,7 @@ from infotraj.diagnosis import refusal
 from infotraj.diagnosis import search as searching
 from infotraj.diagnosis.candidates import Candidate, candidates, places
 from infotraj.diagnosis.evidence import Evidence, evidence, standard_errors
-from infotraj.diagnosis.fitting import Fit
+from infotraj.diagnosis.fitting import Fit, beyond_bounds
 from infotraj.diagnosis.groups import Group, group
 from infotraj.diagnosis.null import null_gains
 from infotraj.diagnosis.observation import Member, Observation
@@ -22,7 +22,7 @@ from infotraj.diagnosis.residual import FlightSamples, flight_samples
 from infotraj.diagnosis.search import MATTERS, SIGNIFICANCE, Search
 from infotraj.diagnosis.sensitivities import Sensitivities
 from infotraj.diagnosis.subsets import SubsetSearch
-from infotraj.diagnosis.sums import Sums, held_out
+from infotraj.diagnosis.sums import Sums
 from infotraj.diagnosis.tolerance import tolerated
 from infotraj.diagnosis.unexplained import Unexplained, unexplained
 from infotraj.diagnosis.whitened import blocks, noise_model
@@ -163,7 +163,7 @@ def _findings(search, whole, order, known, hidden, ordinary, left, refused, rng)
     sums, found = search.linear(whole.members)
     singles = [(i,) for i in range(len(found.choices))]
     chance = float(np.quantile(null_gains(sums, found, singles, rng), SIGNIFICANCE)) if singles else 0.0
-    wrong = refusal.unphysical(whole, search.observation)
+    wrong = beyond_bounds(whole, search.observation.vehicle)
     vehicle = search.observation.vehicle
     widen = _WIDEN if left.found else 1.0
     errors = dict(zip([m.candidate.label for m in whole.members], _errors(whole, vehicle, widen), strict=True))
@@ -286,12 +286,9 @@ def _of_absent(search, whole, sums: Sums, found: Sensitivities, name, chance, or
     mine = [i for i, c in enumerate(found.choices) if c.candidate.name == name]
     if not mine:
         return Finding(name, "Not needed", (name,), None, {}, {}, "in the model already")
-    base, _ = held_out(sums, found.of_members)
+    base = subsets.score([()])[0].held_out(sums)
     best = max(subsets.score([(i,) for i in mine]), key=lambda s: s.gain)
-    columns = best.columns if best.columns else (*found.of_members, *found.choices[mine[0]].columns)
-    error, _ = held_out(sums, columns)
-    if not np.isfinite(best.gain):
-        error = base
+    error = best.held_out(sums) if np.isfinite(best.gain) else base
     e = evidence(base, error, sums.windows, sums.axes, sums.fold, sums.flight, chance, rng)
     if ordinary and e.gain >= chance:
         # What made the tolerated effects unnecessary makes this one unnecessary too.
@@ -304,8 +301,11 @@ def _of_absent(search, whole, sums: Sums, found: Sensitivities, name, chance, or
             f"these flights do not excite it: at its usual size it would raise the error by {usual:.2g} of the floor"
         )
         return Finding(name, "Not testable here", (name,), e, {}, {}, reason)
+    ended = [why for label, why in search.at_bound.items() if label.split()[0] == name]
     if e.gain < chance:
-        return Finding(name, "Not needed", (name,), e, {}, {}, "no gain")
+        return Finding(name, "Not needed", (name,), e, {}, {}, ended[0] if ended else "no gain")
+    if ended:
+        return Finding(name, "Plausible", (name,), e, {}, {}, ended[0])
     if e.rise < search.matters:
         return Finding(name, "Not needed", (name,), e, {}, {}, "real, but negligible")
     return Finding(name, "Plausible", (name,), e, {}, {}, "some gain beside the supported effects")

@@ -16,6 +16,7 @@ from infotraj.diagnosis.observation import Member, Observation, inward, packed, 
 from infotraj.diagnosis.sensitivities import SMALL
 from infotraj.diagnosis.sums import Sums, block_sums
 from infotraj.rotations import Array
+from infotraj.vehicle import Vehicle
 
 _ROUNDS = 8
 _SETTLED = 0.3  # change of the squared error (its unit: one noise variance) below which a fit stops
@@ -70,6 +71,18 @@ def fit(observation: Observation, members: Sequence[Member], rounds: int = _ROUN
     sums = block_sums(observation.samples, observation.noise, observation.blocks, joint)
     at_bound = (x <= low + 1e-6) | (x >= high - 1e-6)
     return Fit(tuple(unpacked(members, vehicle, x)), cost, sums, at_bound)
+
+
+def beyond_bounds(made: Fit, vehicle: Vehicle) -> dict[str, str]:
+    """Labels of members whose fitted numbers ended at a physical bound that is not the absent value, and the reason."""
+    found, place = {}, 0
+    for m in made.members:
+        for p in m.places(vehicle):
+            value = float(np.atleast_1d(getattr(m.effect, p.parameter))[p.component])
+            if made.at_bound[place] and abs(value - p.absent) > 1e-9 * max(1.0, abs(p.absent)):
+                found[m.candidate.label] = f"the fit ends at the physical bound of {p.parameter} ({value:.3g})"
+            place += 1
+    return found
 
 
 def _residual(observation: Observation, members: Sequence[Member], x: Array) -> Array | None:

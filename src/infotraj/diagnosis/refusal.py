@@ -8,11 +8,8 @@ import numpy as np
 
 from infotraj.comparing.equation_error import AXES, equation_error
 from infotraj.comparing.statistics import Statistics, statistics
-from infotraj.diagnosis.fitting import Fit
-from infotraj.diagnosis.observation import Observation
 from infotraj.flight import Flight
 from infotraj.models import Model
-from infotraj.vehicle import Vehicle
 
 LEAST_EXPLAINED = 0.3  # of the variance of the measured side: below it the prediction is no explanation
 _ABOVE_FLOOR = 3.0  # an error that near the floor is small, whatever it explains
@@ -41,19 +38,6 @@ def unanswered(
             what = f"force along {axis[1]}" if axis[0] == "f" else f"torque about {axis[1]}"
             share = f"the prediction explains {max(after.explained[i], 0.0):.0%} of the measured {what}"
             found[axis] = f"{share}: flights and vehicle file do not agree there (spin, order of rotors, time stamps)"
-    return found
-
-
-def unphysical(whole: Fit, observation: Observation) -> dict[str, str]:
-    """Members whose fitted numbers ended at a physical bound, with the reason."""
-    found, place = {}, 0
-    vehicle: Vehicle = observation.vehicle
-    for m in whole.members:
-        for p in m.places(vehicle):
-            value = float(np.atleast_1d(getattr(m.effect, p.parameter))[p.component])
-            if whole.at_bound[place] and abs(value - p.absent) > 1e-9:
-                found[m.candidate.label] = f"the fit ends at the physical bound of {p.parameter} ({value:.3g})"
-            place += 1
     return found
 
 

@@ -1,9 +1,12 @@
 """What a flight measured minus what a model predicts, as samples whose noise can be whitened.
 
-force: measured minus predicted specific force, row by row. rate: change of the measured rate from sample to sample
+force: measured minus predicted specific force. rate: change of the measured rate from sample to sample
 minus the integral of the predicted angular acceleration over the same time; its noise is the difference of two samples'
 noise, which the whitening knows. velocity: the same of the velocity, in place of `force` where no accelerometer was
 measured. turn and push: recorded attitude and velocity against the IMU, which show what is wrong with the IMU alone.
+
+A sensor sampled faster than 200 Hz is taken at that rate, forces as means over the rows between, rates as steps over them:
+both sides alike. Above it the filters inside sensors, which no model here has, take away what the actuators do.
 """
 
 from __future__ import annotations
@@ -24,6 +27,7 @@ from infotraj.rotations import Array
 
 SETTLING = 0.5  # s after the first row: the actuators start at their first command
 _GAP = 4.0  # usual steps; a longer step ends a run
+_FINEST = 0.005  # s between samples
 AXES = {
     "force": ("fx", "fy", "fz"),
     "velocity": ("vx", "vy", "vz"),
@@ -38,7 +42,7 @@ class Channel:
     """Samples of one quantity in one flight.
 
     name; difference: whether the samples are steps between rows (noise is then differenced); first, last (m,) rows of
-    each sample (equal for a level); run (m,): number of the unbroken stretch that a sample belongs to; key: the samples
+    each sample; rows (m, n): those that a level's sample is the mean of; run (m,): number of the unbroken stretch that a sample belongs to; key: the samples
     of all flights with the same key share one noise model (quantity and sampling rate); step: usual time between
     samples, s.
     """
@@ -47,6 +51,7 @@ class Channel:
     difference: bool
     first: NDArray
     last: NDArray
+    rows: NDArray
     run: NDArray
     key: str
     step: float
@@ -154,11 +159,37 @@ def _channel(name: str, difference: bool, t: Array, keep: NDArray, sampled: NDAr
     unbroken = (np.diff(t[rows]) < _GAP * np.median(np.diff(t[rows]))) & (dropped[rows[1:]] == dropped[rows[:-1]])
     run = np.concatenate([[0], np.cumsum(~unbroken)])
     step = float(np.median(np.diff(t[rows])))
-    key = f"{name} {1 / step:.0f}"
+    together = max(1, round(_FINEST / step))
+    step *= together
+    key = f"{name} {_two_digits(1 / step):g}"
+    group = _grouped(run, together, difference)
     if not difference:
-        return Channel(name, False, rows, rows, run, key, step)
-    first, last = rows[:-1][unbroken], rows[1:][unbroken]
-    return Channel(name, True, first, last, run[1:][unbroken], key, step) if len(first) >= 50 else None
+        group = rows[group]
+        made = Channel(name, False, group[:, 0], group[:, -1], group, run[np.searchsorted(rows, group[:, 0])], key, step)
+        return made if len(group) >= 50 else None
+    first, last = rows[group[:, 0]], rows[group[:, -1]]
+    made = Channel(name, True, first, last, np.zeros((len(first), 0), dtype=int), run[group[:, 0]], key, step)
+    return made if len(first) >= 50 else None
+
+
+def _grouped(run: NDArray, together: int, difference: bool) -> NDArray:
+    """Indices (m, n) of `together` samples in a row of one run, or of the ends and what lies between for a difference.
+
+    Groups follow each other without a gap; what is left at the end of a run is left out.
+    """
+    starts = np.flatnonzero(np.concatenate([[True], np.diff(run) != 0]))
+    counts = np.diff(np.append(starts, len(run)))
+    width = together + int(difference)
+    firsts = [
+        start + together * np.arange(max(0, (count - int(difference)) // together))
+        for start, count in zip(starts, counts, strict=True)
+    ]
+    return np.concatenate(firsts)[:, None] + np.arange(width)
+
+
+def _two_digits(x: float) -> float:
+    size = 10.0 ** np.floor(np.log10(x))
+    return float(np.round(x / size, 1) * size)
 
 
 def _steps(t: Array, mean: Array, channel: Channel) -> Array:
@@ -169,8 +200,11 @@ def _steps(t: Array, mean: Array, channel: Channel) -> Array:
 
 
 def _force(samples: FlightSamples, prediction: Prediction, c: Channel) -> Array:
-    measured = samples.prepared.kept.get("measured force", None, lambda: samples.flight.get(*SPECIFIC_FORCE)[c.last])
-    return measured - prediction.specific_force[c.last]
+    def mean(values: Array) -> Array:
+        return values[c.last] if c.rows.shape[1] == 1 else values[c.rows].mean(axis=1)
+
+    measured = samples.prepared.kept.get("measured force", None, lambda: mean(samples.flight.get(*SPECIFIC_FORCE)))
+    return measured - mean(prediction.specific_force)
 
 
 def _rate(samples: FlightSamples, prediction: Prediction, c: Channel) -> Array:

@@ -51,11 +51,19 @@ def scanned(
     low = max(values.min() / _BEYOND, at[shape].low)
     high = min(values.max() * _BEYOND, at[shape].high)
     s, short = _part(observation, members)
-    white = whiten(s, observation.noise, short(joint))
-    kept = [i for i in range(white[0].shape[2]) if i not in {1 + c for c in skip}]
-    stacked = np.concatenate([w.reshape(-1, w.shape[2]) for w in white])[:, kept]
-    r, others = stacked[:, 0], stacked[:, 1:]
-    factor = np.linalg.cholesky(others.T @ others + np.eye(others.shape[1]) / PRIOR**2)
+    cut = short(joint)
+    moved = [np.any(x[:, :, [1 + c for c in skip]] != 0.0, axis=(0, 2)) for x in cut]
+    kept = [i for i in range(cut[0].shape[2]) if i not in {1 + c for c in skip}]
+
+    def stacked(columns: list[Array]) -> Array:
+        """Whitened columns on the axes that the candidate moves, one below the other."""
+        white = whiten(s, observation.noise, columns)
+        return np.concatenate([w[:, axes].reshape(-1, w.shape[2]) for w, axes in zip(white, moved, strict=True)])
+
+    every = stacked([x[:, :, kept] for x in cut])
+    r, others = every[:, 0], every[:, 1:]
+    inverse = np.linalg.inv(others.T @ others + np.eye(others.shape[1]) / PRIOR**2)
+    of_r = others.T @ r
     base = observation.model(members)
     before = s.residual(base)
     best: tuple[float, Array] | None = None
@@ -69,10 +77,11 @@ def scanned(
         except InputError:
             continue
         raw = [(b - a)[:, :, None] for a, b in zip(after, before, strict=True)]
-        column = np.concatenate([w.reshape(-1) for w in whiten(s, observation.noise, raw)])
-        along = np.linalg.solve(factor, others.T @ np.column_stack([column, r]))
-        size = column @ column - along[:, 0] @ along[:, 0]
-        shared = column @ r - along[:, 0] @ along[:, 1]
+        column = stacked(raw)[:, 0]
+        cross = others.T @ column
+        known = inverse @ cross
+        size = column @ column - known @ cross
+        shared = column @ r - known @ of_r
         gain = shared**2 / size if size > 1e-9 * (column @ column) and shared > 0 else 0.0
         if best is None or gain > best[0]:
             best = (gain, start)

@@ -7,20 +7,21 @@ is always that of the fitted model, and what was taken is questioned again: take
 from __future__ import annotations
 
 from collections.abc import Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field, replace
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 
 from infotraj.diagnosis.candidates import Candidate, Variant, places
-from infotraj.diagnosis.fitting import Fit, fit
+from infotraj.diagnosis.fitting import Fit, beyond_bounds, fit
 from infotraj.diagnosis.noise import PRIOR, estimated
 from infotraj.diagnosis.null import null_gains
 from infotraj.diagnosis.observation import Member, Observation
 from infotraj.diagnosis.scanning import scanned, shape_of
 from infotraj.diagnosis.sensitivities import Sensitivities, extended, sensitivities, start_of
 from infotraj.diagnosis.subsets import SubsetSearch
-from infotraj.diagnosis.sums import Sums, block_sums, held_out
+from infotraj.diagnosis.sums import Sums, extended_sums, held_out, products
 from infotraj.diagnosis.whitened import Noise, whiten
 from infotraj.rotations import Array
 
@@ -33,7 +34,10 @@ _AT_ONCE = 3
 
 @dataclass
 class Search:
-    """The state of a search. `trail` tells what it did, for the verbose output."""
+    """The state of a search.
+
+    trail: what it did, for the verbose output; at_bound: labels of what fits drove to a physical bound, and how.
+    """
 
     observation: Observation
     known: tuple[Candidate, ...]
@@ -42,7 +46,8 @@ class Search:
     matters: float = MATTERS
     fits: dict[frozenset[str], Fit | None] = field(default_factory=dict)
     trail: list[str] = field(default_factory=list)
-    _white: tuple[Noise, list[list[Array]]] | None = None
+    at_bound: dict[str, str] = field(default_factory=dict)
+    _white: tuple[Noise, list[list[Array]], Array] | None = None
 
     def fitted(self, members: Sequence[Member]) -> Fit | None:
         """The fit of a set of members, made once."""
@@ -87,12 +92,10 @@ class Search:
         if self._white is None or self._white[0] is not o.noise:
             old = 1 + len(self.base.of_members)
             candidate = [[b[:, :, old:] for b in flight] for flight in self.base.joint]
-            self._white = o.noise, [whiten(s, o.noise, f) for s, f in zip(o.samples, candidate, strict=True)]
-        joint = [
-            [np.concatenate([a, b], axis=2) for a, b in zip(whiten(s, o.noise, new), before, strict=True)]
-            for s, new, before in zip(o.samples, own.joint, self._white[1], strict=True)
-        ]
-        return block_sums(o.samples, o.noise, o.blocks, joint), found
+            white = [whiten(s, o.noise, f) for s, f in zip(o.samples, candidate, strict=True)]
+            self._white = o.noise, white, products(o.samples, o.blocks, white)
+        new = [whiten(s, o.noise, x) for s, x in zip(o.samples, own.joint, strict=True)]
+        return extended_sums(o.samples, o.noise, o.blocks, new, *self._white[1:]), found
 
 
 def start_search(
@@ -105,6 +108,7 @@ def start_search(
     """Linearises every candidate around the model and estimates the noise from what their richest fit leaves."""
     base = sensitivities(observation, held, known)
     observation = estimated(observation, base.joint)
+    before = len(base.choices)
     for candidate in known:
         for _ in range(2 if shape_of(candidate, observation) is not None else 0):
             own = [i for c in base.choices if c.candidate.label == candidate.label for i in c.columns]
@@ -112,7 +116,8 @@ def start_search(
             if variant is None or _tried(variant, base):
                 break
             base = extended(base, observation, held, variant)
-            observation = estimated(observation, base.joint, rounds=1)
+    if len(base.choices) > before:
+        observation = estimated(observation, base.joint, rounds=1)
     return Search(observation, tuple(known), base, rng, matters)
 
 
@@ -122,30 +127,68 @@ def _tried(variant: Variant, base: Sensitivities) -> bool:
 
 
 def run(search: Search, held: Sequence[Member]) -> Fit:
-    """The members that are needed, fitted."""
+    """The members that are needed, fitted.
+
+    What the search took and had to give back, it does not take again beside the same members. What a fit drives to a
+    physical bound leaves the search; it is tried once more when the others are in.
+    """
     members = tuple(held)
-    best = search.fitted(members)
-    seen: set[frozenset[str]] = set()
+    seen = {_labels(members)}
+    barred: set[str] = set()
+    second = False
     for _ in range(_ROUNDS):
-        more = _additional(search, members)
-        if more:
-            members = _taken(search, members, more)
-            search.renoised(members)
-        members = _questioned(search, members)
-        best = search.fitted(members)
-        key = frozenset(m.candidate.label for m in members)
-        search.trail.append(" ".join(sorted(key)) or "nothing")
-        if not more or key in seen:
-            break
-        seen.add(key)
-    return best
+        more = _additional(search, members, barred | set(search.at_bound))
+        if not more:
+            if second or not search.at_bound:
+                break
+            second = True
+            search.trail.append(f"once more {' '.join(sorted(search.at_bound))}")
+            search.at_bound.clear()
+            continue
+        tried = _taken(search, members, more)
+        search.renoised(tried)
+        tried = _within_bounds(search, _questioned(search, tried))
+        search.trail.append(" ".join(sorted(_labels(tried))) or "nothing")
+        if _labels(tried) in seen:
+            back = {m.candidate.label for m in more} - _labels(tried)
+            if not back - barred - set(search.at_bound) and not search.at_bound:
+                members = tried
+                break
+            barred |= back
+        else:
+            barred = set()
+        members = tried
+        seen.add(_labels(members))
+    return search.fitted(members)
 
 
-def _additional(search: Search, members: Sequence[Member]) -> list[Member]:
+def _labels(members: Sequence[Member]) -> frozenset[str]:
+    return frozenset(m.candidate.label for m in members)
+
+
+def _within_bounds(search: Search, members: tuple[Member, ...]) -> tuple[Member, ...]:
+    """The members without those whose numbers end at a physical bound, which `search.at_bound` then names."""
+    while True:
+        whole = search.fitted(members)
+        beyond = beyond_bounds(whole, search.observation.vehicle)
+        ended = {m.candidate.label: beyond[m.candidate.label] for m in members if m.candidate.label in beyond}
+        ended = {label: where for label, where in ended.items() if not _member(members, label).held}
+        if not ended:
+            return members
+        search.at_bound |= ended
+        search.trail.append(f"at a bound: {' '.join(sorted(ended))}")
+        members = _questioned(search, tuple(m for m in whole.members if m.candidate.label not in ended))
+
+
+def _member(members: Sequence[Member], label: str) -> Member:
+    return next(m for m in members if m.candidate.label == label)
+
+
+def _additional(search: Search, members: Sequence[Member], barred: AbstractSet[str]) -> list[Member]:
     """Members that the residual asks for, by the smallest set that gains nearly as much as larger ones."""
     sums, found = search.linear(members)
     subsets = SubsetSearch(sums, found)
-    best = subsets.search(_AT_ONCE)
+    best = subsets.search(_AT_ONCE, without=barred)
     singles = [(i,) for i in range(len(found.choices))]
     # What is still to be found is no noise: the surrogates are made of what the richest model leaves.
     gram, right, _ = sums.total()
@@ -158,8 +201,7 @@ def _additional(search: Search, members: Sequence[Member]) -> list[Member]:
             break
     if scored.gain - base < threshold:
         return []
-    before, _ = held_out(sums, best[0].columns)
-    after, _ = held_out(sums, scored.columns)
+    before, after = best[0].held_out(sums), scored.held_out(sums)
     rise = ((before - after).sum(axis=1) / np.maximum(sums.windows.sum(axis=1), 1)).max()
     if rise < search.matters:
         return []
@@ -225,8 +267,11 @@ def rises(whole: Fit, out: Fit) -> Array:
 
 
 def heldout_error(found: Fit) -> Array:
-    """Held-out squared error of a fit by axis and block: its numbers fitted again on the other folds, linearised."""
-    return held_out(found.sums)[0]
+    """Held-out squared error of a fit by axis and block: its numbers fitted again on the other folds, linearised.
+
+    Numbers at a bound stay there.
+    """
+    return held_out(found.sums, np.flatnonzero(~found.at_bound))[0]
 
 
 def _replaced(search: Search, members: tuple[Member, ...]) -> tuple[Member, ...]:
@@ -260,7 +305,10 @@ def alternatives(search: Search, rest: tuple[Member, ...], labels: set[str], cos
     subsets = SubsetSearch(sums, found)
     mine = [i for i, c in enumerate(found.choices) if c.candidate.label not in labels]
     base = subsets.score([()])[0].gain
-    lost = without.cost - cost
+    own = [[i for i, c in enumerate(found.choices) if c.candidate.label == label] for label in sorted(labels)]
+    linear = max((s.gain - base for s in subsets.score(list(product(*own)))), default=np.inf)
+    # Both sides are judged by the same linearisation, which may gain much less than a fit.
+    lost = min(without.cost - cost, linear)
     scored = [s for s in subsets.score([(i,) for i in mine]) if s.gain - base > share * lost]
     scored.sort(key=lambda s: -s.gain)
     fits, done = [], set()

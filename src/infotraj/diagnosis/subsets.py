@@ -1,33 +1,47 @@
 """Searches sets of effects by their held-out error, from sums alone: all singles and pairs, then a beam.
 
 Every set is fitted, with the numbers of the effects that are in the model already, on all folds but one and tested on
-that one. A set whose fit asks for numbers outside their bounds is no candidate.
+that one. Numbers that a fit wants outside their bounds are held at the bound and the others fitted again.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from infotraj.diagnosis.sensitivities import Sensitivities
-from infotraj.diagnosis.sums import RIDGE, Sums
+from infotraj.diagnosis.sums import RIDGE, Sums, held_out
 from infotraj.rotations import Array
 
 BEAM = 12
 _SLACK = 0.05  # usual sizes by which a number may lie outside its bounds, beside three standard errors
+_PASSES = 4
 
 
 @dataclass(frozen=True)
 class Scored:
-    """A set of choices (indices), what it gains in held-out squared error, and the numbers (columns, values)."""
+    """A set of choices (indices), what it gains in held-out squared error, and the numbers (columns, values).
+
+    free: for each number whether it was fitted; the others are held at a bound.
+    """
 
     chosen: tuple[int, ...]
     gain: float
     columns: tuple[int, ...]
     theta: Array
+    free: NDArray
+
+    def held_out(self, sums: Sums) -> Array:
+        """Its held-out squared error by axis and block, (axes, blocks)."""
+        held = np.zeros(sums.gram.shape[-1])
+        held[list(self.columns)] = np.where(self.free, 0.0, self.theta)
+        columns = [c for c, free in zip(self.columns, self.free, strict=True) if free]
+        return held_out(sums.shifted(held), columns)[0]
 
 
 class SubsetSearch:
@@ -61,32 +75,59 @@ class SubsetSearch:
             return []
         width = max(map(len, columns), default=0)
         if width == 0:
-            return [Scored(tuple(s), 0.0, (), np.zeros(0)) for s in sets]
+            return [Scored(tuple(s), 0.0, (), np.zeros(0), np.zeros(0, dtype=bool)) for s in sets]
         none = len(self._size) - 1
         index = np.full((len(sets), width), none)
         for k, c in enumerate(columns):
             index[k, : len(c)] = c
-        gain, theta, error = self._solve(index, none)
-        outside = (theta < self._low[index] - np.maximum(_SLACK, 3 * error)) | (
-            theta > self._high[index] + np.maximum(_SLACK, 3 * error)
-        )
-        gain = np.where(outside.any(axis=1), -np.inf, gain)
+        gain, theta, free = self._bounded(index, none)
         return [
-            Scored(tuple(s), float(g), c, t[: len(c)]) for s, g, c, t in zip(sets, gain, columns, theta, strict=True)
+            Scored(tuple(s), float(g), c, t[: len(c)], f[: len(c)])
+            for s, g, c, t, f in zip(sets, gain, columns, theta, free, strict=True)
         ]
 
-    def _solve(self, index: Array, none: int) -> tuple[Array, Array, Array]:
-        empty = index == none
+    def _bounded(self, index: Array, none: int) -> tuple[Array, Array, NDArray]:
+        held = np.full(index.shape, np.nan)
+        gain, theta, error = self._solve(index, none, held)
+        todo = np.arange(len(index))
+        for _ in range(_PASSES):
+            low, high = self._low[index[todo]], self._high[index[todo]]
+            slack = np.maximum(_SLACK, 3 * error)
+            free = np.isnan(held[todo])
+            below, above = free & (theta[todo] < low - slack), free & (theta[todo] > high + slack)
+            out = (below | above).any(axis=1)
+            if not out.any():
+                break
+            todo, error = todo[out], error[out]
+            held[todo] = np.where(below[out], low[out], np.where(above[out], high[out], held[todo]))
+            gain[todo], theta[todo], error = self._solve(index[todo], none, held[todo])
+        else:
+            gain[todo] = -np.inf
+        return gain, theta, np.isnan(held)
+
+    def _solve(self, index: Array, none: int, held: Array) -> tuple[Array, Array, Array]:
+        """Held-out gain (n,), numbers and errors (n, width) of n sets; held: values that are not fitted, else NaN."""
+        free = np.isnan(held)
+        value = np.where(free, 0.0, held) * self._size[index]
         eye = np.eye(index.shape[1])
         rows, cols = index[:, :, None], index[:, None, :]
+        both = free[:, :, None] & free[:, None, :]
         all_gram, all_right = self._gram_of.sum(axis=0), self._right_of.sum(axis=0)
-        filler = empty[:, :, None] * eye + RIDGE * eye
+        filler = ((index == none) | ~free)[:, :, None] * eye + RIDGE * eye
+        fixed = not free.all()
+
+        def right(gram: Array, b: Array) -> Array:
+            if not fixed:
+                return b[index]
+            return np.where(free, b[index] - np.einsum("nij,nj->ni", gram[rows, cols], value), value)
+
         gain = np.zeros(len(index))
         for g, b in zip(self._gram_of, self._right_of, strict=True):
-            theta = np.linalg.solve((all_gram - g)[rows, cols] + filler, (all_right - b)[index][..., None])[..., 0]
+            rest = all_gram - g
+            theta = np.linalg.solve(rest[rows, cols] * both + filler, right(rest, all_right - b)[..., None])[..., 0]
             gain += 2 * np.sum(theta * b[index], axis=1) - np.einsum("ni,nij,nj->n", theta, g[rows, cols], theta)
-        inverse = np.linalg.inv(all_gram[rows, cols] + filler)
-        theta = np.einsum("nij,nj->ni", inverse, all_right[index])
+        inverse = np.linalg.inv(all_gram[rows, cols] * both + filler)
+        theta = np.einsum("nij,nj->ni", inverse, right(all_gram, all_right))
         error = np.sqrt(np.maximum(np.einsum("nii->ni", inverse), 0.0))
         return gain, theta / self._size[index], error / self._size[index]
 
@@ -95,17 +136,20 @@ class SubsetSearch:
         labels = [self.found.choices[i].candidate.label for i in chosen]
         return len(set(labels)) == len(labels)
 
-    def search(self, most: int, exhaustive: int = 2) -> list[Scored]:
-        """The best set of each size from 0 to `most`; sizes up to `exhaustive` try every set."""
-        n = len(self.found.choices)
+    def search(self, most: int, exhaustive: int = 2, without: AbstractSet[str] = frozenset()) -> list[Scored]:
+        """The best set of each size from 0 to `most`; sizes up to `exhaustive` try every set.
+
+        without: labels of candidates that are left out.
+        """
+        open_to = [i for i, c in enumerate(self.found.choices) if c.candidate.label not in without]
         best = [self.score([()])[0]]
         beam: list[Scored] = []
         for size in range(1, most + 1):
             if size <= exhaustive:
-                sets = [s for s in combinations(range(n), size) if self.allowed(s)]
+                sets = [s for s in combinations(open_to, size) if self.allowed(s)]
             else:
                 sets = sorted(
-                    {tuple(sorted((*b.chosen, i))) for b in beam for i in range(n) if self.allowed((*b.chosen, i))}
+                    {tuple(sorted((*b.chosen, i))) for b in beam for i in open_to if self.allowed((*b.chosen, i))}
                 )
             scored = sorted(self.score(sets), key=lambda s: -s.gain)
             beam = scored[:BEAM]

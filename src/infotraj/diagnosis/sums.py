@@ -62,29 +62,82 @@ class Sums:
 
 def block_sums(samples: Sequence[FlightSamples], noise: Noise, blocks: Blocks, joint: Sequence[list[Array]]) -> Sums:
     """Sums of whitened residual and columns, one (m, 3, 1 + p) a channel of a flight, the residual first."""
+    every = _products(samples, blocks, joint, joint)
+    return _split(samples, noise, blocks, every)
+
+
+def extended_sums(
+    samples: Sequence[FlightSamples],
+    noise: Noise,
+    blocks: Blocks,
+    own: Sequence[list[Array]],
+    others: Sequence[list[Array]],
+    known: Array,
+) -> Sums:
+    """The same for columns of which most are known: `own` (m, 3, 1 + q), the residual first, then `others` (m, 3, p).
+
+    known (axes, blocks, p, p): products of the others, from `products`. Only what is new is multiplied.
+    """
+    within = _products(samples, blocks, own, own)
+    across = _products(samples, blocks, own, others)
+    top = np.concatenate([within, across], axis=3)
+    bottom = np.concatenate([across.transpose(0, 1, 3, 2), known], axis=3)
+    return _split(samples, noise, blocks, np.concatenate([top, bottom], axis=2))
+
+
+def products(samples: Sequence[FlightSamples], blocks: Blocks, columns: Sequence[list[Array]]) -> Array:
+    """S'S of every axis and block, (axes, blocks, p, p), of whitened columns (m, 3, p) a channel of a flight."""
+    return _products(samples, blocks, columns, columns)
+
+
+def _axes(samples: Sequence[FlightSamples]) -> list[str]:
     names: list[str] = []
     for s in samples:
         names += [a for c in s.channels for a in c.axes if a not in names]
-    p = joint[0][0].shape[2] - 1
-    gram = np.zeros((len(names), blocks.count, p, p))
-    right = np.zeros((len(names), blocks.count, p))
-    square, windows = np.zeros((len(names), blocks.count)), np.zeros((len(names), blocks.count))
+    return names
+
+
+def _products(samples, blocks: Blocks, left: Sequence[list[Array]], right: Sequence[list[Array]]) -> Array:
+    names = _axes(samples)
+    out = np.zeros((len(names), blocks.count, left[0][0].shape[2], right[0][0].shape[2]))
     for number, s in enumerate(samples):
-        for place, (channel, x) in enumerate(zip(s.channels, joint[number], strict=True)):
+        for place, channel in enumerate(s.channels):
             block = blocks.of_sample[number][place]
             edges = np.concatenate([[0], np.flatnonzero(np.diff(block)) + 1, [len(block)]])
             for i, axis in enumerate(channel.axes):
                 a = names.index(axis)
-                used = noise[channel.key][i].used(channel.run)
+                x, of_x = _moving(left[number][place][:, i])
+                y, of_y = (x, of_x) if right is left else _moving(right[number][place][:, i])
+                # Most effects leave most axes alone: their columns of zeros are not multiplied.
                 for start, stop in pairwise(edges):
-                    part = x[start:stop, i]
-                    outer = part.T @ part
-                    b = block[start]
-                    square[a, b] += outer[0, 0]
-                    right[a, b] += outer[1:, 0]
-                    gram[a, b] += outer[1:, 1:]
-                    windows[a, b] += used[start:stop].sum() * channel.step / WINDOW
-    return Sums(gram, right, square, windows, tuple(names), blocks.fold, blocks.flight)
+                    out[a, block[start], of_x[:, None], of_y] += x[start:stop].T @ y[start:stop]
+    return out
+
+
+def _moving(x: Array) -> tuple[Array, Array]:
+    """The columns of x that are not all zero, contiguous, and their numbers."""
+    used = np.flatnonzero(np.any(x != 0.0, axis=0))
+    return np.ascontiguousarray(x[:, used]), used
+
+
+def _split(samples, noise: Noise, blocks: Blocks, every: Array) -> Sums:
+    names = _axes(samples)
+    windows = np.zeros((len(names), blocks.count))
+    for number, s in enumerate(samples):
+        for place, channel in enumerate(s.channels):
+            for i, axis in enumerate(channel.axes):
+                used = noise[channel.key][i].used(channel.run)
+                count = np.bincount(blocks.of_sample[number][place], used, minlength=blocks.count)
+                windows[names.index(axis)] += count * channel.step / WINDOW
+    return Sums(
+        every[:, :, 1:, 1:],
+        every[:, :, 0, 1:],
+        every[:, :, 0, 0],
+        windows,
+        tuple(names),
+        blocks.fold,
+        blocks.flight,
+    )
 
 
 def solve(gram: Array, right: Array) -> Array:

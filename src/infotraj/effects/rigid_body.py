@@ -55,7 +55,7 @@ class InertiaError(Effect):
     def bounds(cls, vehicle: Vehicle, parameter: Parameter) -> tuple[float, float]:
         i = cls._place[parameter.name]
         nominal = vehicle.inertia_matrix()[i, i]
-        return -0.8 * nominal, 4.0 * nominal
+        return -0.8 * nominal, 9.0 * nominal
 
     def body(self, law: BodyLaw) -> BodyLaw:
         if law.inertia is None:
