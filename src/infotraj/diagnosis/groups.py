@@ -13,7 +13,7 @@ import numpy as np
 from infotraj.diagnosis.evidence import resampled
 from infotraj.diagnosis.fitting import Fit
 from infotraj.diagnosis.observation import Member
-from infotraj.diagnosis.search import Search, alternatives, heldout_error
+from infotraj.diagnosis.search import Screen, Search, alternatives, heldout_error
 from infotraj.rotations import Array
 
 WITHIN = 0.99  # share of the resamples in which a member of the group may be worse
@@ -28,10 +28,19 @@ class Group:
     rivals: tuple[Array, ...]
 
 
-def group(search: Search, whole: Fit, member: Member, rng: np.random.Generator, order: list[str]) -> Group:
+def group(
+    search: Search,
+    whole: Fit,
+    member: Member,
+    rng: np.random.Generator,
+    order: list[str],
+    screen: Screen | None = None,
+) -> Group:
     """The group of one member of the model `whole`. order: names of the catalogue, which decides among equals."""
     rest = tuple(m for m in whole.members if m.candidate.label != member.candidate.label)
-    others = alternatives(search, rest, {member.candidate.label}, whole.cost, share=0.5)
+    label = member.candidate.label
+    maybe = (screen or Screen(search, whole)).passed({label}, share=0.3)
+    others = alternatives(search, rest, {label}, whole.cost, share=0.5) if maybe else []
     mine = heldout_error(whole)
     best = min([mine.sum(), *(heldout_error(f).sum() for f in others)])
     best_error = mine if mine.sum() <= best else min((heldout_error(f) for f in others), key=np.sum)

@@ -13,7 +13,7 @@ from itertools import combinations, product
 
 import numpy as np
 
-from infotraj.diagnosis.candidates import Candidate, Variant, places
+from infotraj.diagnosis.candidates import Candidate, Variant, places, read
 from infotraj.diagnosis.fitting import Fit, beyond_bounds, fit
 from infotraj.diagnosis.noise import PRIOR, estimated
 from infotraj.diagnosis.null import null_gains
@@ -24,12 +24,14 @@ from infotraj.diagnosis.subsets import SubsetSearch
 from infotraj.diagnosis.sums import Sums, extended_sums, held_out, products
 from infotraj.diagnosis.whitened import Noise, whiten
 from infotraj.rotations import Array
+from infotraj.vehicle import Vehicle
 
 MATTERS = 0.05  # rise of the squared error, in units of the floor, below which an effect does not matter
 SIGNIFICANCE = 0.98  # of the largest gain that chance gives to any absent effect
 _SHARE = 0.97  # of what the best larger set gains: a smaller set with that much is taken first
 _ROUNDS = 8
 _AT_ONCE = 3
+_CLEAR = 4.0  # times what matters: a linear rise above it needs no fit to be believed
 
 
 @dataclass
@@ -241,7 +243,7 @@ def _without_idle(search: Search, members: tuple[Member, ...]) -> tuple[Member, 
         whole = search.fitted(members)
         idle = []
         for m in members:
-            if m.held:
+            if m.held or linear_rise(search, whole, m) > _CLEAR * search.matters:
                 continue
             rise = rise_without(search, whole, m)
             if rise < search.matters:
@@ -258,6 +260,27 @@ def rise_without(search: Search, whole: Fit, member: Member) -> float:
     rest = [x for x in whole.members if x.candidate.label != member.candidate.label]
     out = search.fitted(rest)
     return float(rises(whole, out).max())
+
+
+def linear_rise(search: Search, whole: Fit, member: Member) -> float:
+    """The same from the fit's own linearisation, without another fit."""
+    theta, mine = departure(whole, {member.candidate.label}, search.observation.vehicle)
+    free = [c for c in np.flatnonzero(~whole.at_bound) if c not in mine]
+    lost = held_out(whole.sums.shifted(theta), free)[0] - heldout_error(whole)
+    return float((lost.sum(axis=1) / np.maximum(whole.sums.windows.sum(axis=1), 1)).max())
+
+
+def departure(whole: Fit, labels: AbstractSet[str], vehicle: Vehicle) -> tuple[Array, list[int]]:
+    """The step (p,) in usual sizes that makes these members absent, and their columns."""
+    theta, mine, place = np.zeros(len(whole.at_bound)), [], 0
+    for m in whole.members:
+        at = m.places(vehicle)
+        if m.candidate.label in labels:
+            columns = range(place, place + len(at))
+            theta[columns] = (np.array([p.absent for p in at]) - read(m.effect, at)) / [p.scale for p in at]
+            mine += columns
+        place += len(at)
+    return theta, mine
 
 
 def rises(whole: Fit, out: Fit) -> Array:
@@ -278,9 +301,12 @@ def _replaced(search: Search, members: tuple[Member, ...]) -> tuple[Member, ...]
     """Replaces one member, or two, by one that is absent and explains the flights better or as well."""
     free = [m for m in members if not m.held]
     whole = search.fitted(members)
+    screen = Screen(search, whole)
     for size in (2, 1):
         for out in combinations(free, size):
             labels = {m.candidate.label for m in out}
+            if not screen.passed(labels, share=0.5):
+                continue
             rest = tuple(m for m in members if m.candidate.label not in labels)
             for other in alternatives(search, rest, labels, whole.cost, share=0.8):
                 better = whole.cost - other.cost
@@ -291,6 +317,28 @@ def _replaced(search: Search, members: tuple[Member, ...]) -> tuple[Member, ...]
                     search.trail.append(f"replace {' '.join(sorted(labels))} by {new.candidate.label}: {better:.0f}")
                     return other.members
     return members
+
+
+class Screen:
+    """Which absent effects may stand in for members of a fitted model, by the linearisation around that model.
+
+    It asks more leniently than `alternatives`, which fits, and spares most of its fits.
+    """
+
+    def __init__(self, search: Search, whole: Fit) -> None:
+        self._whole, self._vehicle = whole, search.observation.vehicle
+        sums, self._found = search.linear(whole.members)
+        self._subsets = SubsetSearch(sums, self._found)
+
+    def passed(self, labels: AbstractSet[str], share: float) -> bool:
+        """Whether one absent effect regains `share` of what the members with these labels explain."""
+        theta, mine = departure(self._whole, labels, self._vehicle)
+        moved = self._subsets.moved(np.concatenate([theta, np.zeros(self._subsets.width - len(theta))]))
+        rest = [c for c in self._found.of_members if c not in mine]
+        every = list(self._found.of_members)
+        base, own = moved.score([()], rest)[0].gain, moved.score([()], every)[0].gain
+        singles = moved.score([(i,) for i in range(len(self._found.choices))], rest)
+        return any(s.gain - base > share * (own - base) for s in singles)
 
 
 def alternatives(search: Search, rest: tuple[Member, ...], labels: set[str], cost: float, share: float) -> list[Fit]:

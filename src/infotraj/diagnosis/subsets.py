@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from collections.abc import Set as AbstractSet
+from copy import copy
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -66,6 +67,19 @@ class SubsetSearch:
         self._low[m], self._high[m] = _distances(found.now, found.scale, found.low, found.high)
         for c in found.choices:
             self._low[list(c.columns)], self._high[list(c.columns)] = _distances(c.now, c.scale, c.low, c.high)
+
+    @property
+    def width(self) -> int:
+        """How many columns there are."""
+        return len(self._size) - 1
+
+    def moved(self, theta: Array) -> SubsetSearch:
+        """The same after the residual has become r - S theta; bounds are those of the numbers where they were."""
+        step = np.append(theta, 0.0)
+        made = copy(self)
+        made._right_of = self._right_of - self._gram_of @ (step * self._size)
+        made._low, made._high = self._low - step, self._high - step
+        return made
 
     def score(self, sets: Sequence[tuple[int, ...]], members: Sequence[int] | None = None) -> list[Scored]:
         """Scores sets of choices; `members`: the columns of the model that are fitted along (all by default)."""
