@@ -61,15 +61,21 @@ def diagnose_command(
     from infotraj.comparing import files
     from infotraj.diagnosis import summary
     from infotraj.diagnosis.diagnosis import diagnose, observe
+    from infotraj.diagnosis.premises import examined
     from infotraj.diagnosis.saving import refuse_overwriting, save_diagnosed
+    from infotraj.flight import Flight
     from infotraj.models.file import read_model
 
     files.require_order(start, stop)
     refuse_overwriting(save_model, model)
     read, content = read_model(model, effects_from)
-    used, _ = files.accepted(
-        flights, lambda flight: len(observe(read, [flight], start, stop).samples), skip_rejected=skip_rejected
-    )
+
+    def usable(flight: Flight) -> Flight:
+        cleaned = examined(flight, read.vehicle)
+        observe(read, [cleaned], start, stop)
+        return cleaned
+
+    _, used = files.accepted(flights, usable, skip_rejected=skip_rejected)
     _progress(quiet, f"{len(used)} flights, {sum(len(f.t) for f in used)} rows")
     found = diagnose(read, used, effects_from=effects_from, matters=matters, seed=seed, start=start, stop=stop)
     if json_file is not None:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from infotraj.comparing.statistics import Statistics
-from infotraj.diagnosis import refusal
+from infotraj.diagnosis import premises, refusal
 from infotraj.diagnosis import search as searching
 from infotraj.diagnosis.candidates import Candidate, candidates, places
 from infotraj.diagnosis.evidence import Evidence, evidence, standard_errors
@@ -122,13 +122,15 @@ def diagnose(
     known, hidden = candidates(catalog, vehicle, flights)
     held = held_members(model, flights[0])
     observation = observe(model, flights, start, stop)
+    doubts = premises.doubts(model, flights, start, stop)
+    known, hidden = premises.remaining(doubts, catalog, known, hidden)
     taken = {m.candidate.label for m in held}
     search = searching.start_search(observation, held, [c for c in known if c.label not in taken], rng, matters)
     whole = searching.run(search, held)
     # What tolerances explain stays in the model in which the others are judged: it is in the flights.
     ordinary = tolerated(search, whole)
     left = unexplained(search, whole, rng)
-    refused = refusal.unanswered(search.observation.model(whole.members), flights, start, stop)
+    refused = doubts or refusal.unanswered(search.observation.model(whole.members), flights, start, stop)
     findings = _findings(search, whole, list(catalog), known, hidden, ordinary, left, refused, rng)
     supported, chosen = _supported(findings, whole, search)
     final = whole
@@ -213,7 +215,7 @@ def _of_member(search, whole, m, order, chance, left, refused, wrong, errors, rn
     )
     names = tuple(x.candidate.name for x in apart.members)
     reason = ""
-    axis = refusal.axis_group(e.axis)
+    axis = refusal.axis_group(e.axis, refused)
     if m.candidate.label in wrong:
         verdict, reason = "Plausible", wrong[m.candidate.label]
     elif axis in refused:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from infotraj.comparing.equation_error import AXES, equation_error
 from infotraj.comparing.statistics import Statistics, statistics
 from infotraj.diagnosis.fitting import Fit
 from infotraj.diagnosis.observation import Observation
+from infotraj.diagnosis.premises import PREMISES
 from infotraj.flight import Flight
 from infotraj.models import Model
 from infotraj.vehicle import Vehicle
@@ -57,8 +59,14 @@ def unphysical(whole: Fit, observation: Observation) -> dict[str, str]:
     return found
 
 
-def axis_group(axis: str) -> str | None:
-    """Axis fx .. tz that an axis of the residual stands for; None for kinematic ones."""
+def axis_group(axis: str, refused: Mapping[str, str] = MappingProxyType({})) -> str | None:
+    """Axis fx .. tz that an axis of the residual stands for; None for kinematic ones.
+
+    refused: where a premise of the whole diagnosis is among what is refused, that premise stands for every axis.
+    """
+    whole = [k for k in refused if k in PREMISES]
+    if whole:
+        return whole[0]
     if axis in AXES:
         return axis
     return {"vx": "fx", "vy": "fy", "vz": "fz"}.get(axis)
