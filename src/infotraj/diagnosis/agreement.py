@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from infotraj.comparing.equation_error import AXES, EquationError
+from infotraj.comparing.floor import fast_part
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
@@ -32,7 +33,7 @@ def contradictions(errors: Sequence[EquationError], vehicle: Vehicle) -> dict[st
     loud = 0
     for i, axis in enumerate(AXES):
         pairs = [p for e in errors if (p := _even(e, i, step)) is not None]
-        floor = [e.floor[i] for e in errors if np.isfinite(e.floor[i])]
+        floor = [x for e in errors if np.isfinite(x := _noise(e, i))]
         if not pairs or not floor:
             continue
         measured, predicted = (np.sqrt(np.mean(np.concatenate([p[k] for p in pairs]) ** 2)) for k in (0, 1))
@@ -69,6 +70,11 @@ def contradictions(errors: Sequence[EquationError], vehicle: Vehicle) -> dict[st
                 f"no effect of the actuators can be told from that"
             )
     return found
+
+
+def _noise(e: EquationError, i: int) -> float:
+    """The floor of one axis; where unrelated commands make the error itself rough, how rough the measured side is."""
+    return float(np.fmin(e.floor[i], fast_part(e.t, e.measured[:, i : i + 1], e.window)[0]))
 
 
 def _even(e: EquationError, i: int, step: float) -> tuple[Array, Array] | None:

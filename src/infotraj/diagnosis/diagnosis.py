@@ -126,7 +126,7 @@ def diagnose(
     known, hidden = premises.remaining(doubts, catalog, known, hidden)
     taken = {m.candidate.label for m in held}
     search = searching.start_search(observation, held, [c for c in known if c.label not in taken], rng, matters)
-    whole = searching.run(search, held)
+    whole = searching.run(search, held) if search.known else search.fitted(held)
     # What tolerances explain stays in the model in which the others are judged: it is in the flights.
     ordinary = tolerated(search, whole)
     left = unexplained(search, whole, rng)
