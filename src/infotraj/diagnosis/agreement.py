@@ -20,7 +20,7 @@ _DRIFT = 2.0  # s: slower changes are left out, they may be anything
 
 
 def contradictions(errors: Sequence[EquationError], vehicle: Vehicle) -> dict[str, str]:
-    """`commands`: loud predictions unrelated or opposite to loud measurements; `time stamps`: a response before its cause."""
+    """`commands`: a loud prediction unrelated or opposite to what was measured; `time stamps`: response before cause."""
     found: dict[str, str] = {}
     if not errors:
         return found
@@ -63,7 +63,9 @@ def contradictions(errors: Sequence[EquationError], vehicle: Vehicle) -> dict[st
         )
     if weight and not found:
         best = float(lags[int(total.argmax())])
-        slowest = max([r.time_constant or 0.0 for r in vehicle.rotors] + [x.time_constant or 0.0 for x in vehicle.tilts])
+        slowest = max(
+            [r.time_constant or 0.0 for r in vehicle.rotors] + [x.time_constant or 0.0 for x in vehicle.tilts]
+        )
         if best < -(slowest + _LEAD + step):
             found["time stamps"] = (
                 f"the vehicle responds {-1000 * best:.0f} ms before its commands: they are stamped late or held, and "
@@ -85,7 +87,9 @@ def _even(e: EquationError, i: int, step: float) -> tuple[Array, Array] | None:
     grid = np.arange(e.t[rows[0]], e.t[rows[-1]], step)
     if len(grid) < 100:
         return None
-    sides = [_without_drift(np.interp(grid, e.t[rows], x[rows, i]), round(_DRIFT / step)) for x in (e.measured, e.predicted)]
+    sides = [
+        _without_drift(np.interp(grid, e.t[rows], x[rows, i]), round(_DRIFT / step)) for x in (e.measured, e.predicted)
+    ]
     return sides[0], sides[1]
 
 

@@ -1,4 +1,4 @@
-"""What must hold before any effect can be named: the log means what it says, the vehicle moves, its actuators are known.
+"""What must hold before an effect can be named: the log means what it says, the vehicle moves, actuators are known.
 
 An effect is a small correction of a model that otherwise holds. Where commands and motion belong to different flights,
 where the actuators are known only now and then, or where nothing moves, a fit still finds numbers that lower the error;
@@ -36,14 +36,26 @@ _STILL_FORCE = 0.3  # m/s^2, standard deviation of 0.1 s means, where there is n
 def examined(flight: Flight, vehicle: Vehicle) -> Flight:
     """The flight without the samples that `check` finds dead, stuck or contradicted: these cells are empty.
 
-    InputError where `check` rejects the flight: units, frames or conventions other than declared.
+    InputError where it has columns of more rotors or tilts than the vehicle, and where `check` rejects it: no flight,
+    units, frames or conventions other than declared.
     """
+    source = flight.meta.get("source", "flight")
+    for prefix, parts in (("rotor_", vehicle.rotors), ("tilt_", vehicle.tilts)):
+        for kind in ("cmd_" + prefix, prefix):
+            count = flight.numbered(kind).shape[1]
+            if count > len(parts):
+                what = f"{source}: {count} columns {kind}*"
+                expected = f"{len(parts)} as {vehicle.name} has"
+                raise InputError(problem(what, expected, "Give the flight's own vehicle file."))
     cells = flight.table.copy()
     for finding in examine(flight, vehicle).findings:
         if finding.severity == "reject":
-            source = flight.meta.get("source", "flight")
-            what = f"{source}: {finding.what} ({finding.code})"
-            raise InputError(problem(what, "a flight that means what it says", f"{finding.remedy}; see infotraj check."))
+            remedy = finding.remedy[0].upper() + finding.remedy[1:]
+            raise InputError(
+                problem(
+                    f"{source}: {finding.what} ({finding.code})", "a flight that passes infotraj check", f"{remedy}."
+                )
+            )
         columns = [c for c in finding.channels if c in cells and c not in ("t", "airborne")]
         if finding.severity == "cut" or finding.drop:
             for a, b in finding.spans:

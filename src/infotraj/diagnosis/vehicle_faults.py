@@ -150,4 +150,3 @@ def _with(vehicle: Vehicle, field: str, entries: dict) -> Vehicle:
     for i, entry in entries.items():
         items[i] = entry
     return vehicle.model_copy(update={field: tuple(items)})
-
