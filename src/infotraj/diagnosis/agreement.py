@@ -20,7 +20,7 @@ _DRIFT = 2.0  # s: slower changes are left out, they may be anything
 
 
 def contradictions(errors: Sequence[EquationError], vehicle: Vehicle) -> dict[str, str]:
-    """`commands`: a loud prediction unrelated or opposite to what was measured; `time stamps`: response before cause."""
+    """`commands`: prediction unrelated or opposite to what was measured; `time stamps`: response before cause."""
     found: dict[str, str] = {}
     if not errors:
         return found

@@ -129,7 +129,7 @@ def diagnose(
     whole = searching.run(search, held) if search.known else search.fitted(held)
     # What tolerances explain stays in the model in which the others are judged: it is in the flights.
     ordinary = tolerated(search, whole)
-    left = unexplained(search, whole, rng)
+    left = Unexplained(False, ()) if doubts else unexplained(search, whole, rng)
     refused = doubts or refusal.unanswered(search.observation.model(whole.members), flights, start, stop)
     findings = _findings(search, whole, list(catalog), known, hidden, ordinary, left, refused, rng)
     supported, chosen = _supported(findings, whole, search)
@@ -216,7 +216,9 @@ def _of_member(search, whole, m, order, chance, left, refused, wrong, errors, rn
     names = tuple(x.candidate.name for x in apart.members)
     reason = ""
     axis = refusal.axis_group(e.axis, refused)
-    if m.candidate.label in wrong:
+    if m.held:
+        verdict, reason = "Not needed", "in the model already"
+    elif m.candidate.label in wrong:
         verdict, reason = "Plausible", wrong[m.candidate.label]
     elif axis in refused:
         verdict, reason = "Plausible", refused[axis]

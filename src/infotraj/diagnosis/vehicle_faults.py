@@ -27,6 +27,7 @@ _LOUD = 10.0  # times the floor: then the order of rotors and tilts is questione
 _BETTER = 6.0  # times less variance of the error on one axis
 _FALL = 50.0  # times less variance in the end, unless next to nothing is left: effects can copy a part of a fault
 _LEFT = 2.0  # times the floor
+_AS_WELL = 5.0  # times what the change leaves
 _STEPS = 3
 _VERIFIED = 3
 _SECONDS = 6.0  # of the flight are enough
@@ -54,7 +55,7 @@ def vehicle_fault(model: Model, flight: Flight, error: EquationError, contradict
     middle = 0.5 * (used[0] + used[-1])
     flight = flight.between(middle - 0.5 * _SECONDS, middle + 0.5 * _SECONDS)
     vehicle, changes = model.vehicle, []
-    part = equation_error(model, flight)
+    start = part = equation_error(model, flight)
     first = now = _variance(part)
     for _ in range(_STEPS):
         best: tuple[float, str, Vehicle, EquationError] | None = None
@@ -78,7 +79,7 @@ def vehicle_fault(model: Model, flight: Flight, error: EquationError, contradict
     fall = float(np.nanmax(first[3:] / np.maximum(now[3:], 1e-300)))
     with np.errstate(invalid="ignore"):
         loud = np.any(now[3:] > (_LEFT * part.floor[3:]) ** 2)
-    if fall < _FALL and loud:
+    if (fall < _FALL and loud) or _servo_bias_as_well(model, flight, start, now):
         return None
     return (
         f"the flights fit the vehicle file far better with {' and '.join(changes)} "
@@ -86,14 +87,49 @@ def vehicle_fault(model: Model, flight: Flight, error: EquationError, contradict
     )
 
 
+def _servo_bias_as_well(model: Model, flight: Flight, error: EquationError, left: Array) -> bool:
+    """Whether constant offsets of the tilts explain the torque nearly as well as the changes that leave `left` (6,).
+
+    Reaction torques of a pair whose spins do not cancel turn with its arm as the thrust that a tilt's offset turns
+    sideways; the offset shows in the force too, so both are fitted together.
+    """
+    vehicle = model.vehicle
+    if not vehicle.tilts:
+        return False
+    rotor, tilt = _actuators(model, flight)
+    width = _width(flight, error)
+    before = body_wrench(vehicle, rotor, tilt)
+    columns = []
+    for i in range(len(vehicle.tilts)):
+        turned = tilt.copy()
+        turned[:, i] += 1e-3
+        columns.append(uniform_filter1d((body_wrench(vehicle, rotor, turned) - before) / 1e-3, width, axis=0))
+    scored = np.isfinite(error.residual).all(axis=1)
+    y = error.residual[scored]
+    y = (y - y.mean(axis=0)) / (spread := y.std(axis=0))
+    x = np.stack([(c[scored] - c[scored].mean(axis=0)) / spread for c in columns], axis=2)
+    theta = np.linalg.lstsq(x.reshape(-1, x.shape[2]), y.reshape(-1), rcond=1e-9)[0]
+    rest = np.mean((y - x @ theta) ** 2, axis=0) * spread**2
+    return bool(np.sum(rest[3:]) < _AS_WELL * np.sum(left[3:] + np.square(error.floor[3:])))
+
+
+def _actuators(model: Model, flight: Flight) -> tuple[Array, Array]:
+    """Rotor inputs and tilts at the flight's rows, lags of the model included."""
+    recorded, law = model.prepare(flight).recorded, model.actuator_law()
+    rotor, _ = rotors_at(recorded, law, flight.t)
+    tilt = tilts_at(recorded, law, flight.t)[0] if model.vehicle.tilts else np.zeros((len(flight.t), 0))
+    return rotor, tilt
+
+
+def _width(flight: Flight, error: EquationError) -> int:
+    return max(1, round(error.window / float(np.median(np.diff(flight.t)))))
+
+
 def _likely(model: Model, flight: Flight, error: EquationError, every: bool) -> list[tuple[str, Vehicle]]:
     """The changes that look best when only the rotors' steady wrench is computed again: a cheap first look."""
-    prepared = model.prepare(flight)
-    law = model.actuator_law()
-    rotor, _ = rotors_at(prepared.recorded, law, flight.t)
-    tilt = tilts_at(prepared.recorded, law, flight.t)[0] if model.vehicle.tilts else np.zeros((len(flight.t), 0))
+    rotor, tilt = _actuators(model, flight)
     before = body_wrench(model.vehicle, rotor, tilt)
-    width = max(1, round(error.window / float(np.median(np.diff(flight.t)))))
+    width = _width(flight, error)
     now, scored = _variance(error), []
     for words, changed in _changed(model.vehicle, every):
         difference = uniform_filter1d(body_wrench(changed, rotor, tilt) - before, width, axis=0)
