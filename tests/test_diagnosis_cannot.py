@@ -124,6 +124,7 @@ FILES = {
     ("quadrotor", "two rotors swapped"): (swapped, "vehicle file", "each other's place"),
     ("quadrotor", "rotors in turn"): (in_turn, "commands", "order of columns"),
     ("omav", "one spin"): (one_spin, "vehicle file", "spin of rotor_1 reversed"),
+    ("omav", "rotors in turn"): (in_turn, "vehicle file", "order of rotors"),
     ("omav", "two rotors swapped"): (swapped, "vehicle file", "each other's place"),
     ("omav", "tilts in turn"): (tilts_in_turn, "commands", "order of columns"),
 }
@@ -137,7 +138,7 @@ def test_a_log_whose_actuators_do_not_say_is_doubted(case, name):
     assert premise in doubts(model(name), made)
 
 
-@pytest.mark.parametrize("name, case", FILES)
+@pytest.mark.parametrize(("name", "case"), FILES)
 def test_a_wrong_vehicle_file_is_named(name, case):
     change, premise, words = FILES[name, case]
     found = doubts(model(name, change), flights(tables(name, DRAG[name])))
@@ -210,7 +211,7 @@ LARGE = {
 }
 
 
-@pytest.mark.parametrize("name, effects", [(n, e) for n, many in LARGE.items() for e in many])
+@pytest.mark.parametrize(("name", "effects"), [(n, e) for n, many in LARGE.items() for e in many])
 def test_large_effects_are_not_doubted(name, effects):
     made = [fly(CONTENT[name], effects, seconds=SECONDS, seed=3, noise=NOISE)]
     assert doubts(model(name), flights(made)) == {}
@@ -237,7 +238,7 @@ def imu_turned(table):
     return table
 
 
-@pytest.mark.parametrize("spoil, code", [(degrees, "rate_unit"), (conjugated, "attitude_inverse"),
+@pytest.mark.parametrize(("spoil", "code"), [(degrees, "rate_unit"), (conjugated, "attitude_inverse"),
                                          (in_g, "acceleration_unit"), (imu_turned, "_axes")])  # fmt: skip
 def test_what_check_rejects_is_rejected(spoil, code):
     (flight,) = flights([spoil(tables("quadrotor", DRAG["quadrotor"])[0])])

@@ -15,6 +15,9 @@ LEAST = 0.3  # correlation below which a loud prediction is unrelated to a loud 
 _LOUD = 5.0  # times the floor
 _COMPARABLE = 0.4  # of the measured side's size: a smaller prediction does not claim to explain it
 _LAGS = (-0.3, 0.4)  # s, response behind prediction
+_NEAR = (-0.05, 0.2)  # s, where actuators' lags and delays can put it
+_CLEAR = 0.6
+_UNRELATED = 0.2  # where one axis alone is to decide
 _LEAD = 0.015  # s beyond the slowest declared actuator: an earlier response is against causality
 _DRIFT = 2.0  # s: slower changes are left out, they may be anything
 
@@ -30,7 +33,7 @@ def contradictions(errors: Sequence[EquationError], vehicle: Vehicle) -> dict[st
     against: list[str] = []
     unrelated: list[str] = []
     faint: list[str] = []
-    loud = 0
+    loud, worst = 0, 1.0
     for i, axis in enumerate(AXES):
         pairs = [p for e in errors if (p := _even(e, i, step)) is not None]
         floor = [x for e in errors if np.isfinite(x := _noise(e, i))]
@@ -42,16 +45,22 @@ def contradictions(errors: Sequence[EquationError], vehicle: Vehicle) -> dict[st
             continue
         r = np.array([_correlation(pairs, round(lag / step)) for lag in lags])
         loud += 1
+        near = r[(lags > _NEAR[0]) & (lags < _NEAR[1])].max()
+        # Slow signals agree at some lag by chance; only where they do so well is that lag the fault.
+        fits = float(r.max() if r.max() > _CLEAR else near)
         if predicted < _COMPARABLE * measured:
-            faint += [f"{axis} ({r.max():.2f})"] if r.max() < LEAST else []
+            faint += [f"{axis} ({fits:.2f})"] if fits < LEAST else []
             continue
-        if r.max() < LEAST:
+        if fits < LEAST:
             opposite = -r.min() > 0.6 and abs(lags[int(r.argmin())]) < 0.1
-            (against if opposite else unrelated).append(f"{axis} ({r.min() if opposite else r.max():.2f})")
-        elif r.max() > 0.5:
+            worst = min(worst, fits)
+            (against if opposite else unrelated).append(f"{axis} ({r.min() if opposite else fits:.2f})")
+        elif r.max() > _CLEAR:
             total += r
             weight += 1.0
-    if against or unrelated or (len(faint) >= 2 and 2 * len(faint) > loud):
+    # One torque of a vehicle that pushes sideways may be small, and drowned by an effect; of two this is not so.
+    alone = len(unrelated) == 1 and (vehicle.tilts or worst > _UNRELATED)
+    if against or (unrelated and not alone) or (len(faint) >= 2 and 2 * len(faint) > loud):
         parts = []
         if against:
             parts.append(f"the opposite of what was measured on {', '.join(against)}")

@@ -24,12 +24,13 @@ from infotraj.vehicle import Vehicle
 
 _SUSPICIOUS = 3.0  # times the floor, the mean of the error forgiven
 _LOUD = 10.0  # times the floor: then the order of rotors and tilts is questioned too
-_BETTER = 6.0  # times less variance of the error on one axis
+_BETTER = 1.5  # times less variance of the error on one axis with each change
 _FALL = 50.0  # times less variance in the end, unless next to nothing is left: effects can copy a part of a fault
 _LEFT = 2.0  # times the floor
-_AS_WELL = 5.0  # times what the change leaves
-_STEPS = 3
+_STEPS = 12
+_SAME = 0.05  # log likelihood
 _VERIFIED = 3
+_NAMED = 3
 _SECONDS = 6.0  # of the flight are enough
 
 
@@ -58,18 +59,18 @@ def vehicle_fault(model: Model, flight: Flight, error: EquationError, contradict
     start = part = equation_error(model, flight)
     first = now = _variance(part)
     for _ in range(_STEPS):
-        best: tuple[float, str, Vehicle, EquationError] | None = None
+        tried = []
         for words, changed in _likely(Model(vehicle, model.effects), flight, part, every):
             try:
                 made = equation_error(Model(changed, model.effects), flight)
             except InputError:
                 continue
-            gain = _gain(now, _variance(made), part.floor)
-            if gain > 0 and (best is None or gain > best[0]):
-                best = gain, words, changed, made
-        if best is None:
+            tried.append((_gain(now, _variance(made), part.floor), words, changed, made))
+        best = max(tried, key=lambda x: x[0], default=None)
+        if best is None or best[0] <= 0:
             break
-        changes.append(best[1])
+        # The two spins of a coaxial pair that shares a command cannot be told apart.
+        changes.append(" or ".join(words for gain, words, *_ in tried if gain > best[0] - _SAME))
         vehicle, part = best[2], best[3]
         now = _variance(part)
         if not suspected(part):
@@ -79,16 +80,15 @@ def vehicle_fault(model: Model, flight: Flight, error: EquationError, contradict
     fall = float(np.nanmax(first[3:] / np.maximum(now[3:], 1e-300)))
     with np.errstate(invalid="ignore"):
         loud = np.any(now[3:] > (_LEFT * part.floor[3:]) ** 2)
-    if (fall < _FALL and loud) or _servo_bias_as_well(model, flight, start, now):
+    if (fall < _FALL and loud) or _servo_bias_instead(model, flight, start, now):
         return None
-    return (
-        f"the flights fit the vehicle file far better with {' and '.join(changes)} "
-        f"(squared torque error {fall:.0f} times smaller)"
-    )
+    few = len(changes) <= _NAMED
+    what = " and ".join(changes) if few else f"another order of rotors or tilts ({', '.join(changes)})"
+    return f"the flights fit the vehicle file far better with {what} (squared torque error {fall:.0f} times smaller)"
 
 
-def _servo_bias_as_well(model: Model, flight: Flight, error: EquationError, left: Array) -> bool:
-    """Whether constant offsets of the tilts explain the torque nearly as well as the changes that leave `left` (6,).
+def _servo_bias_instead(model: Model, flight: Flight, error: EquationError, left: Array) -> bool:
+    """Whether constant offsets of the tilts explain the torque better than the changes that leave `left` (6,).
 
     Reaction torques of a pair whose spins do not cancel turn with its arm as the thrust that a tilt's offset turns
     sideways; the offset shows in the force too, so both are fitted together.
@@ -110,7 +110,7 @@ def _servo_bias_as_well(model: Model, flight: Flight, error: EquationError, left
     x = np.stack([(c[scored] - c[scored].mean(axis=0)) / spread for c in columns], axis=2)
     theta = np.linalg.lstsq(x.reshape(-1, x.shape[2]), y.reshape(-1), rcond=1e-9)[0]
     rest = np.mean((y - x @ theta) ** 2, axis=0) * spread**2
-    return bool(np.sum(rest[3:]) < _AS_WELL * np.sum(left[3:] + np.square(error.floor[3:])))
+    return bool(np.sum(rest[3:]) < np.sum(left[3:]))
 
 
 def _actuators(model: Model, flight: Flight) -> tuple[Array, Array]:
@@ -171,6 +171,15 @@ def _changed(vehicle: Vehicle, every: bool) -> Iterator[tuple[str, Vehicle]]:
     for i, j in combinations(range(len(rotors)), 2):
         swapped = _with(vehicle, "rotors", {i: rotors[j], j: rotors[i]})
         yield f"{rotors[i].name} and {rotors[j].name} in each other's place", swapped
+    arms = [[k for k, r in enumerate(rotors) if r.tilt == i] for i in range(len(tilts))]
+    for a, b in combinations([arm for arm in arms if len(arm) > 1], 2):
+        if len(a) == len(b):
+            there = {
+                **{i: rotors[j] for i, j in zip(a, b, strict=True)},
+                **{j: rotors[i] for i, j in zip(a, b, strict=True)},
+            }
+            names = " and ".join(",".join(rotors[k].name for k in arm) for arm in (a, b))
+            yield f"{names} in each other's place", _with(vehicle, "rotors", there)
     turned = [x.model_copy(update={"axis": tuple(-a for a in x.axis)}) for x in tilts]
     if tilts:
         yield "all tilt axes reversed", vehicle.model_copy(update={"tilts": tuple(turned)})
