@@ -124,7 +124,6 @@ FILES = {
     ("quadrotor", "two rotors swapped"): (swapped, "vehicle file", "each other's place"),
     ("quadrotor", "rotors in turn"): (in_turn, "commands", "order of columns"),
     ("omav", "one spin"): (one_spin, "vehicle file", "spin of rotor_1 reversed"),
-    ("omav", "rotors in turn"): (in_turn, "vehicle file", "order of rotors"),
     ("omav", "two rotors swapped"): (swapped, "vehicle file", "each other's place"),
     ("omav", "tilts in turn"): (tilts_in_turn, "commands", "order of columns"),
 }

@@ -43,6 +43,9 @@ def unanswered(
             what = f"force along {axis[1]}" if axis[0] == "f" else f"torque about {axis[1]}"
             share = f"the prediction explains {max(after.explained[i], 0.0):.0%} of the measured {what}"
             found[axis] = f"{share}: flights and vehicle file do not agree there (spin, order of rotors, time stamps)"
+    if model.vehicle.tilts and any(axis[0] == "t" for axis in found):
+        # Rotors that tilt make every force and torque together: where one torque is not theirs, no axis is sure.
+        found = {"commands": next(why for axis, why in found.items() if axis[0] == "t"), **found}
     return found
 
 
