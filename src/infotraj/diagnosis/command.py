@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
+
+if TYPE_CHECKING:
+    from infotraj.flight import Flight
+    from infotraj.models import Model
 
 _MODEL = click.argument("model", type=click.Path(path_type=Path))
 _EFFECTS_FROM = click.option(
@@ -60,16 +66,14 @@ def diagnose_command(
     """Which named physical effect MODEL (a model or vehicle file) lacks on FLIGHTs, and how sure that is."""
     from infotraj.comparing import files
     from infotraj.diagnosis import summary
-    from infotraj.diagnosis.diagnosis import diagnose, observe
+    from infotraj.diagnosis.diagnosis import diagnose
     from infotraj.diagnosis.saving import refuse_overwriting, save_diagnosed
     from infotraj.models.file import read_model
 
     files.require_order(start, stop)
     refuse_overwriting(save_model, model)
     read, content = read_model(model, effects_from)
-    used, _ = files.accepted(
-        flights, lambda flight: len(observe(read, [flight], start, stop).samples), skip_rejected=skip_rejected
-    )
+    _, used = files.accepted(flights, _usable(read, start, stop), skip_rejected=skip_rejected)
     _progress(quiet, f"{len(used)} flights, {sum(len(f.t) for f in used)} rows")
     found = diagnose(read, used, effects_from=effects_from, matters=matters, seed=seed, start=start, stop=stop)
     if json_file is not None:
@@ -139,16 +143,13 @@ def add_command(
     """
     from infotraj.comparing import files
     from infotraj.diagnosis.adding import add
-    from infotraj.diagnosis.diagnosis import observe
     from infotraj.diagnosis.saving import refuse_overwriting, save_added
     from infotraj.models.file import read_model
 
     files.require_order(start, stop)
     refuse_overwriting(output, model)
     read, content = read_model(model, effects_from)
-    used, _ = files.accepted(
-        flights, lambda flight: len(observe(read, [flight], start, stop).samples), skip_rejected=skip_rejected
-    )
+    _, used = files.accepted(flights, _usable(read, start, stop), skip_rejected=skip_rejected)
     made = add(read, effects, used, effects_from=effects_from, start=start, stop=stop)
     save_added(made, output, parent=model, content=content, flights=used)
     if json_file is not None:
@@ -171,6 +172,19 @@ def history_command(model: Path, json_file: Path | None, quiet: bool) -> None:
         files.write_json(as_dict(chain), json_file)
     click.echo(as_text(chain), nl=False)
     _say(quiet, f"next: infotraj diagnose {model} FLIGHT...")
+
+
+def _usable(model: Model, start: float | None, stop: float | None) -> Callable[[Flight], Flight]:
+    """What a flight must pass to be diagnosed: it comes out without dead samples, or InputError says why not."""
+    from infotraj.diagnosis.diagnosis import observe
+    from infotraj.diagnosis.premises import examined
+
+    def use(flight: Flight) -> Flight:
+        cleaned = examined(flight, model.vehicle)
+        observe(model, [cleaned], start, stop)
+        return cleaned
+
+    return use
 
 
 def _say(quiet: bool, line: str) -> None:

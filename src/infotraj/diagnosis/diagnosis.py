@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from infotraj.comparing.statistics import Statistics
-from infotraj.diagnosis import refusal
+from infotraj.diagnosis import premises, refusal
 from infotraj.diagnosis import search as searching
 from infotraj.diagnosis.candidates import Candidate, candidates, places
 from infotraj.diagnosis.evidence import Evidence, evidence, standard_errors
@@ -122,13 +122,15 @@ def diagnose(
     known, hidden = candidates(catalog, vehicle, flights)
     held = held_members(model, flights[0])
     observation = observe(model, flights, start, stop)
+    doubts = premises.doubts(model, flights, start, stop)
+    known, hidden = premises.remaining(doubts, catalog, known, hidden)
     taken = {m.candidate.label for m in held}
     search = searching.start_search(observation, held, [c for c in known if c.label not in taken], rng, matters)
-    whole = searching.run(search, held)
+    whole = searching.run(search, held) if search.known else search.fitted(held)
     # What tolerances explain stays in the model in which the others are judged: it is in the flights.
     ordinary = tolerated(search, whole)
-    left = unexplained(search, whole, rng)
-    refused = refusal.unanswered(search.observation.model(whole.members), flights, start, stop)
+    left = Unexplained(False, ()) if doubts else unexplained(search, whole, rng)
+    refused = doubts or refusal.unanswered(search.observation.model(whole.members), flights, start, stop)
     findings = _findings(search, whole, list(catalog), known, hidden, ordinary, left, refused, rng)
     supported, chosen = _supported(findings, whole, search)
     final = whole
@@ -161,6 +163,7 @@ def _held(effect: Effect, flight: Flight, vehicle: Vehicle) -> Member:
 
 def _findings(search, whole, order, known, hidden, ordinary, left, refused, rng) -> tuple[Finding, ...]:
     sums, found = search.linear(whole.members)
+    subsets = SubsetSearch(sums, found)
     singles = [(i,) for i in range(len(found.choices))]
     chance = float(np.quantile(null_gains(sums, found, singles, rng), SIGNIFICANCE)) if singles else 0.0
     wrong = beyond_bounds(whole, search.observation.vehicle)
@@ -192,7 +195,7 @@ def _findings(search, whole, order, known, hidden, ordinary, left, refused, rng)
         if small:
             out[name] = _of_tolerated(search, whole, small[0], chance, errors, rng)
         else:
-            out[name] = _of_absent(search, whole, sums, found, name, chance, bool(ordinary), rng)
+            out[name] = _of_absent(search, subsets, sums, found, name, chance, bool(ordinary), rng)
     return tuple(out[n] for n in order)
 
 
@@ -213,8 +216,10 @@ def _of_member(search, whole, m, order, chance, left, refused, wrong, errors, rn
     )
     names = tuple(x.candidate.name for x in apart.members)
     reason = ""
-    axis = refusal.axis_group(e.axis)
-    if m.candidate.label in wrong:
+    axis = refusal.axis_group(e.axis, refused)
+    if m.held:
+        verdict, reason = "Not needed", "in the model already"
+    elif m.candidate.label in wrong:
         verdict, reason = "Plausible", wrong[m.candidate.label]
     elif axis in refused:
         verdict, reason = "Plausible", refused[axis]
@@ -281,8 +286,7 @@ def _of_tolerated(search, whole, m, chance, errors, rng) -> Finding:
     return Finding(m.candidate.name, "Not needed", (m.candidate.name,), e, _values(m), numbers, reason)
 
 
-def _of_absent(search, whole, sums: Sums, found: Sensitivities, name, chance, ordinary, rng) -> Finding:
-    subsets = SubsetSearch(sums, found)
+def _of_absent(search, subsets: SubsetSearch, sums: Sums, found: Sensitivities, name, chance, ordinary, rng) -> Finding:
     mine = [i for i, c in enumerate(found.choices) if c.candidate.name == name]
     if not mine:
         return Finding(name, "Not needed", (name,), None, {}, {}, "in the model already")
@@ -295,7 +299,8 @@ def _of_absent(search, whole, sums: Sums, found: Sensitivities, name, chance, or
         return Finding(
             name, "Not needed", (name,), e, {}, {}, "ordinary tolerances of the vehicle file explain as much"
         )
-    usual = max(_usual_rise(sums, found, i) for i in mine)
+    gram = sums.gram.sum(axis=1)
+    usual = max(_usual_rise(gram, sums, found, i) for i in mine)
     if usual < search.matters:
         reason = (
             f"these flights do not excite it: at its usual size it would raise the error by {usual:.2g} of the floor"
@@ -311,10 +316,9 @@ def _of_absent(search, whole, sums: Sums, found: Sensitivities, name, chance, or
     return Finding(name, "Plausible", (name,), e, {}, {}, "some gain beside the supported effects")
 
 
-def _usual_rise(sums: Sums, found: Sensitivities, index: int) -> float:
+def _usual_rise(gram: Array, sums: Sums, found: Sensitivities, index: int) -> float:
     """Rise that an effect of usual size would make, the members' numbers refitted (power)."""
     own, new = list(found.of_members), list(found.choices[index].columns)
-    gram = sums.gram.sum(axis=1)
     total = gram.sum(axis=0)
     best = 0.0
     for c in new:

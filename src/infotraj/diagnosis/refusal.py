@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 
 from infotraj.comparing.equation_error import AXES, equation_error
 from infotraj.comparing.statistics import Statistics, statistics
+from infotraj.diagnosis.premises import PREMISES
 from infotraj.flight import Flight
 from infotraj.models import Model
 
@@ -38,11 +40,20 @@ def unanswered(
             what = f"force along {axis[1]}" if axis[0] == "f" else f"torque about {axis[1]}"
             share = f"the prediction explains {max(after.explained[i], 0.0):.0%} of the measured {what}"
             found[axis] = f"{share}: flights and vehicle file do not agree there (spin, order of rotors, time stamps)"
+    if model.vehicle.tilts and any(axis[0] == "t" for axis in found):
+        # Rotors that tilt make every force and torque together: where one torque is not theirs, no axis is sure.
+        found = {"commands": next(why for axis, why in found.items() if axis[0] == "t"), **found}
     return found
 
 
-def axis_group(axis: str) -> str | None:
-    """Axis fx .. tz that an axis of the residual stands for; None for kinematic ones."""
+def axis_group(axis: str, refused: Mapping[str, str] = MappingProxyType({})) -> str | None:
+    """Axis fx .. tz that an axis of the residual stands for; None for kinematic ones.
+
+    refused: where a premise of the whole diagnosis is among what is refused, that premise stands for every axis.
+    """
+    whole = [k for k in refused if k in PREMISES]
+    if whole:
+        return whole[0]
     if axis in AXES:
         return axis
     return {"vx": "fx", "vy": "fy", "vz": "fz"}.get(axis)

@@ -165,7 +165,9 @@ def _channel(name: str, difference: bool, t: Array, keep: NDArray, sampled: NDAr
     group = _grouped(run, together, difference)
     if not difference:
         group = rows[group]
-        made = Channel(name, False, group[:, 0], group[:, -1], group, run[np.searchsorted(rows, group[:, 0])], key, step)
+        made = Channel(
+            name, False, group[:, 0], group[:, -1], group, run[np.searchsorted(rows, group[:, 0])], key, step
+        )
         return made if len(group) >= 50 else None
     first, last = rows[group[:, 0]], rows[group[:, -1]]
     made = Channel(name, True, first, last, np.zeros((len(first), 0), dtype=int), run[group[:, 0]], key, step)

@@ -8,6 +8,7 @@ import numpy as np
 
 from infotraj.comparing.equation_error import AXES
 from infotraj.diagnosis.diagnosis import Diagnosis, Finding
+from infotraj.diagnosis.premises import PREMISES
 from infotraj.rotations import Array
 
 _ORDER = ("Supported", "Not separable", "Plausible", "Not needed", "Not testable here")
@@ -59,7 +60,10 @@ def sentence(found: Diagnosis) -> str:
         others = [n for n in f.group if n != name]
         parts.append(name + (f" (or {' or '.join(others)}: not separable on these flights)" if others else ""))
     first = f"Missing: {', '.join(parts)}" if parts else "No missing effect is supported"
-    if found.refused:
+    doubts = [v for k, v in found.refused.items() if k in PREMISES]
+    if doubts:
+        first = f"These data cannot say which effect is missing: {doubts[0]}"
+    elif found.refused:
         axes = ", ".join(found.refused)
         first += f"; nothing can be said about {axes}: {next(iter(found.refused.values()))}"
     if found.unexplained.found:

@@ -162,7 +162,8 @@ def _table(search: Search, left, predictions, name: str, rng: np.random.Generato
             where.append((number, place, gathered))
     names = [n for n in tables[0] if all(n in t for t in tables)]
     plain = np.concatenate([np.stack([t[n] for n in names], axis=1) for t in tables])
-    past = np.concatenate(memories)
+    width = min(m.shape[1] for m in memories)  # 0 where a flight has no attitude to look back with
+    past = np.concatenate([m[:, :width] for m in memories])
     z = (plain - plain.mean(axis=0)) / np.maximum(plain.std(axis=0), 1e-9)
     moves = plain.std(axis=0) > 1e-6 * np.maximum(np.abs(plain).max(axis=0), 1e-12)
     place = [k for k, n in enumerate(names) if n in ("px", "py", "pz") and moves[k]]

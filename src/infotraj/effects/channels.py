@@ -58,7 +58,12 @@ def missing_channel(need: str, vehicle: Vehicle, flight: Flight) -> str | None:
         derived = is_derived(flight, SPECIFIC_FORCE)
         return "the specific force is derived from the velocity, not measured" if derived else None
     if need == "specific force":
-        return None if flight.has(*SPECIFIC_FORCE) else "the flight has no specific force (ax, ay, az)"
+        # Where no accelerometer was recorded, changes of the velocity in the world show the same.
+        moved = flight.has(*ATTITUDE) and (flight.has(*VELOCITY) or flight.has(*POSITION))
+        known = flight.has(*SPECIFIC_FORCE) or moved
+        return (
+            None if known else "the flight has no specific force (ax, ay, az), nor a pose or velocity to take it from"
+        )
     if need == "body motion":
         reason = missing_channel("attitude", vehicle, flight)
         known = flight.has(*SPECIFIC_FORCE) or flight.has(*VELOCITY) or flight.has(*POSITION)

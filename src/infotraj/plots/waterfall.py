@@ -43,12 +43,16 @@ def _drawn(labels, axes, rmse, low, high, floor, unit) -> Figure:
         panel.barh(place, value, color=[style.GREY, *[style.BLUE] * (len(place) - 1)], height=0.6)
         panel.errorbar(value, place, xerr=around, fmt="none", ecolor=style.INK, elinewidth=0.8)
         if np.isfinite(floor[i]):
-            panel.axvline(floor[i], color=style.VERMILION, linewidth=1.0, linestyle="--")
+            panel.axvline(floor[i], color=style.VERMILION, linewidth=1.0, linestyle="--", label="sensor noise")
         what = "force" if axes[i][0] == "f" else "torque"
         panel.set_title(f"{what} {axes[i][1]}")
         panel.set_xlabel(f"held-out RMSE ({unit[what]})")
         panel.set_yticks(place, labels)
+        panel.locator_params(axis="x", nbins=4)
+        panel.ticklabel_format(axis="x", scilimits=(-2, 4))
     panels[0, 0].invert_yaxis()
+    if shown and np.isfinite(floor[shown[0]]):
+        panels[0, 0].legend(loc="lower right")
     for panel in panels.ravel()[len(shown) :]:
         panel.set_visible(False)
     return figure

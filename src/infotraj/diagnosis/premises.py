@@ -1,0 +1,166 @@
+"""What must hold before an effect can be named: the log means what it says, the vehicle moves, actuators are known.
+
+An effect is a small correction of a model that otherwise holds. Where commands and motion belong to different flights,
+where the actuators are known only now and then, or where nothing moves, a fit still finds numbers that lower the error;
+they are no physics. Each premise is tested on the flights as they are, before anything is fitted, by measures that a
+missing effect of any usual size leaves alone: correlation, its sign and its lag, never size.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from infotraj import rotations
+from infotraj.checking import examine
+from infotraj.checking.airborne import airborne_rows
+from infotraj.comparing.equation_error import equation_error
+from infotraj.diagnosis import agreement, vehicle_faults
+from infotraj.diagnosis.candidates import Candidate
+from infotraj.errors import InputError, problem
+from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
+from infotraj.models import Model
+from infotraj.rotations import Array
+from infotraj.vehicle import Vehicle
+
+PREMISES = ("motion", "actuator log", "vehicle file", "time stamps", "commands")
+LONGEST_STEP = 0.03  # s between samples of the actuators: no multirotor is controlled more slowly than 33 Hz
+_STILL_RATE = 0.1  # rad/s, root mean square; sensors' noise is below it
+_STILL_TILT = 0.05  # rad, standard deviation of the direction of gravity in the body
+_STILL_SPEED = 0.25  # m/s, 95 % of the rows
+_STILL_FORCE = 0.3  # m/s^2, standard deviation of 0.1 s means, where there is no attitude to see a tilt by
+
+
+def examined(flight: Flight, vehicle: Vehicle) -> Flight:
+    """The flight without the samples that `check` finds dead, stuck or contradicted: these cells are empty.
+
+    InputError where it has columns of more rotors or tilts than the vehicle, and where `check` rejects it: no flight,
+    units, frames or conventions other than declared.
+    """
+    source = flight.meta.get("source", "flight")
+    for prefix, parts in (("rotor_", vehicle.rotors), ("tilt_", vehicle.tilts)):
+        for kind in ("cmd_" + prefix, prefix):
+            count = flight.numbered(kind).shape[1]
+            if count > len(parts):
+                what = f"{source}: {count} columns {kind}*"
+                expected = f"{len(parts)} as {vehicle.name} has"
+                raise InputError(problem(what, expected, "Give the flight's own vehicle file."))
+    cells = flight.table.copy()
+    for finding in examine(flight, vehicle).findings:
+        if finding.severity == "reject":
+            remedy = finding.remedy[0].upper() + finding.remedy[1:]
+            raise InputError(
+                problem(
+                    f"{source}: {finding.what} ({finding.code})", "a flight that passes infotraj check", f"{remedy}."
+                )
+            )
+        columns = [c for c in finding.channels if c in cells and c not in ("t", "airborne")]
+        if finding.severity == "cut" or finding.drop:
+            for a, b in finding.spans:
+                cells.loc[(flight.t >= a) & (flight.t <= b), columns] = np.nan
+    return Flight(cells, dict(flight.meta))
+
+
+def doubts(
+    model: Model, flights: Sequence[Flight], start: float | None = None, stop: float | None = None
+) -> dict[str, str]:
+    """Why these flights can name no effect at all: a reason for each premise that fails; empty where all hold."""
+    rows = [_used(f, model.vehicle, start, stop) for f in flights]
+    found = {}
+    if all(_still(f, r) for f, r in zip(flights, rows, strict=True)):
+        found["motion"] = "the vehicle hovers: nothing that moves could show an effect"
+        return found
+    thin = [w for f, r in zip(flights, rows, strict=True) if (w := _thin(f, r, model.vehicle)) is not None]
+    if thin:
+        found["actuator log"] = thin[0]
+        return found
+    errors = [equation_error(model, f, start=start, stop=stop) for f in flights]
+    contrary = agreement.contradictions(errors, model.vehicle)
+    shortest = int(np.argmin([len(f.t) for f in flights]))
+    fault = vehicle_faults.vehicle_fault(model, flights[shortest], errors[shortest], bool(contrary))
+    # The reason that says what to do comes first.
+    return {**({} if fault is None else {"vehicle file": fault}), **contrary}
+
+
+def remaining(
+    found: Mapping[str, str], names: Iterable[str], known: list[Candidate], hidden: dict[str, str]
+) -> tuple[list[Candidate], dict[str, str]]:
+    """The candidates and the reasons against the others, as `candidates` gives them: where a premise fails, none."""
+    if not found:
+        return known, hidden
+    reason = next(iter(found.values()))
+    return [], {name: hidden.get(name, reason) for name in names}
+
+
+def _used(flight: Flight, vehicle: Vehicle, start: float | None, stop: float | None) -> NDArray:
+    t = flight.t
+    inside = (t >= (-np.inf if start is None else start)) & (t < (np.inf if stop is None else stop))
+    return inside & airborne_rows(flight, vehicle).rows
+
+
+def _still(flight: Flight, rows: NDArray) -> bool:
+    """Whether the vehicle does nothing but hold its place and attitude; False where the flight does not tell."""
+    if rows.sum() < 50:
+        return False
+    if flight.has(*RATE):
+        rate = _fast_noise_off(flight.t[rows], flight.get(*RATE)[rows])
+        if _rms(rate - np.nanmean(rate, axis=0)) > _STILL_RATE:
+            return False
+    if flight.has(*ATTITUDE):
+        q = flight.get(*ATTITUDE)[rows]
+        known = np.isfinite(q).all(axis=1)
+        turn = rotations.matrix(rotations.normalize(q[known]))
+        if max(_rms(x - x.mean(axis=0)) for x in (turn[:, 2, :], turn[:, :, 0])) > _STILL_TILT:
+            return False
+    elif flight.has(*SPECIFIC_FORCE):
+        force = _fast_noise_off(flight.t[rows], flight.get(*SPECIFIC_FORCE)[rows])
+        if _rms(force - np.nanmean(force, axis=0)) > _STILL_FORCE:
+            return False
+    if flight.has(*VELOCITY):
+        speed = np.linalg.norm(flight.get(*VELOCITY)[rows], axis=1)
+        return bool(np.nanquantile(speed, 0.95) < _STILL_SPEED)
+    if flight.has(*POSITION):
+        place = flight.get(*POSITION)[rows]
+        return bool(np.ptp(place[np.isfinite(place).all(axis=1)], axis=0).max() < _STILL_SPEED)
+    return flight.has(*RATE) or flight.has(*ATTITUDE) or flight.has(*SPECIFIC_FORCE)
+
+
+def _fast_noise_off(t: Array, x: Array) -> Array:
+    """Means of x (n, 3) over 0.1 s: what is left of white noise there does not pass for motion."""
+    cell = np.floor((t - t[0]) / 0.1).astype(int)
+    cell -= cell[0]
+    good = np.isfinite(x).all(axis=1)
+    count = np.bincount(cell[good])
+    sums = np.stack([np.bincount(cell[good], x[good, i]) for i in range(x.shape[1])], axis=1)
+    return sums[count > 0] / count[count > 0, None]
+
+
+def _rms(x: Array) -> float:
+    return float(np.sqrt(np.nanmean(np.sum(x**2, axis=1))))
+
+
+def _thin(flight: Flight, rows: NDArray, vehicle: Vehicle) -> str | None:
+    """The reason where the actuators' samples are too far apart, or never change, to say what the vehicle did."""
+    for prefix, what in (("rotor_", "rotors"), ("tilt_", "tilts")):
+        count = len(vehicle.rotors) if prefix == "rotor_" else len(vehicle.tilts)
+        for kind, name in (("cmd_" + prefix, "commanded"), (prefix, "measured")):
+            columns = [f"{kind}{i}" for i in range(count)]
+            if not columns or not flight.has(*columns):
+                continue
+            x = flight.get(*columns)[rows]
+            known = np.isfinite(x).all(axis=1)
+            t = flight.t[rows][known]
+            changed = np.flatnonzero(np.any(np.diff(x[known], axis=0) != 0.0, axis=1))
+            if prefix == "rotor_" and len(t) > 1 and len(changed) == 0:
+                return f"the {name} {what} never change: the motion does not come from them"
+            if len(changed) > 10:
+                step = float(np.median(np.diff(t[1:][changed])))
+                if step > LONGEST_STEP:
+                    return (
+                        f"the {name} {what} are known every {1000 * step:.0f} ms only ({1 / step:.0f} Hz): what the "
+                        f"actuators did in between is not in the log, and the motion shows it"
+                    )
+            break
+    return None
