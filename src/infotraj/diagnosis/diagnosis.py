@@ -213,6 +213,7 @@ def _of_member(search, whole, m, order, chance, left, refused, wrong, errors, rn
         chance,
         rng,
         list(apart.rivals),
+        (out.plain - whole.plain) / np.maximum(whole.plain, 1e-300),
     )
     names = tuple(x.candidate.name for x in apart.members)
     reason = ""
@@ -264,7 +265,15 @@ def _of_member(search, whole, m, order, chance, left, refused, wrong, errors, rn
 def _in_place(search: Search, out: Fit, fitted: Fit, chance: float, rng) -> Evidence:
     s = fitted.sums
     return evidence(
-        searching.heldout_error(out), searching.heldout_error(fitted), s.windows, s.axes, s.fold, s.flight, chance, rng
+        searching.heldout_error(out),
+        searching.heldout_error(fitted),
+        s.windows,
+        s.axes,
+        s.fold,
+        s.flight,
+        chance,
+        rng,
+        plain=(out.plain - fitted.plain) / np.maximum(fitted.plain, 1e-300),
     )
 
 
@@ -290,17 +299,21 @@ def _of_absent(search, subsets: SubsetSearch, sums: Sums, found: Sensitivities, 
     mine = [i for i, c in enumerate(found.choices) if c.candidate.name == name]
     if not mine:
         return Finding(name, "Not needed", (name,), None, {}, {}, "in the model already")
-    base = subsets.score([()])[0].held_out(sums)
+    none = subsets.score([()])[0]
+    base = none.held_out(sums)
     best = max(subsets.score([(i,) for i in mine]), key=lambda s: s.gain)
     error = best.held_out(sums) if np.isfinite(best.gain) else base
-    e = evidence(base, error, sums.windows, sums.axes, sums.fold, sums.flight, chance, rng)
+    plain = searching.plain_rise(sums.plain, none, best, none) if np.isfinite(best.gain) else None
+    e = evidence(base, error, sums.windows, sums.axes, sums.fold, sums.flight, chance, rng, plain=plain)
     if ordinary and e.gain >= chance:
         # What made the tolerated effects unnecessary makes this one unnecessary too.
         return Finding(
             name, "Not needed", (name,), e, {}, {}, "ordinary tolerances of the vehicle file explain as much"
         )
-    gram = sums.gram.sum(axis=1)
-    usual = max(_usual_rise(gram, sums, found, i) for i in mine)
+    windows = np.maximum(sums.windows.sum(axis=1), 1)
+    plain_gram = sums.plain.gram / np.maximum(none.plain(sums.plain), 1e-300)[:, None, None]
+    rises = [sums.gram.sum(axis=1) / windows[:, None, None], plain_gram]
+    usual = max(_usual_rise(gram, found, i) for gram in rises for i in mine)
     if usual < search.matters:
         reason = (
             f"these flights do not excite it: at its usual size it would raise the error by {usual:.2g} of the floor"
@@ -316,8 +329,11 @@ def _of_absent(search, subsets: SubsetSearch, sums: Sums, found: Sensitivities, 
     return Finding(name, "Plausible", (name,), e, {}, {}, "some gain beside the supported effects")
 
 
-def _usual_rise(gram: Array, sums: Sums, found: Sensitivities, index: int) -> float:
-    """Rise that an effect of usual size would make, the members' numbers refitted (power)."""
+def _usual_rise(gram: Array, found: Sensitivities, index: int) -> float:
+    """Rise that an effect of usual size would make, the members' numbers refitted (power).
+
+    gram (axes, p, p): products of columns per unit of the floor.
+    """
     own, new = list(found.of_members), list(found.choices[index].columns)
     total = gram.sum(axis=0)
     best = 0.0
@@ -327,7 +343,7 @@ def _usual_rise(gram: Array, sums: Sums, found: Sensitivities, index: int) -> fl
         if own:
             block = total[np.ix_(own, own)]
             column[own] = -np.linalg.solve(block + 1e-9 * np.diag(np.diag(block)), total[own, c])
-        rise = np.einsum("aij,i,j->a", gram, column, column) / np.maximum(sums.windows.sum(axis=1), 1)
+        rise = np.einsum("aij,i,j->a", gram, column, column)
         best = max(best, float(rise.max()))
     return best
 

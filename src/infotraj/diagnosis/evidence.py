@@ -39,11 +39,12 @@ def evidence(
     least: float,
     rng: np.random.Generator,
     rivals: list[Array] | None = None,
+    plain: Array | None = None,
 ) -> Evidence:
     """Compares the held-out error (axes, blocks) without and with an effect.
 
     windows (axes, blocks): see `sums.Sums`; least: gain that chance gives; rivals: errors (axes, blocks) of models with
-    another effect in its place, which a resample prefers where they are lower.
+    another effect in its place, which a resample prefers where they are lower; plain (axes,): rise of the plain error.
     """
     lost, kept = without.sum(axis=0), with_it.sum(axis=0)
     draws = resampled(flight, rng)
@@ -54,6 +55,8 @@ def evidence(
         chosen &= draws @ rival.sum(axis=0) > b
     better = sum(bool(kept[fold == f].sum() < lost[fold == f].sum()) for f in np.unique(fold))
     rise = (without - with_it).sum(axis=1) / np.maximum(windows.sum(axis=1), 1)
+    if plain is not None:
+        rise = np.maximum(rise, plain)
     return Evidence(
         float((kept.sum() - lost.sum()) / max(lost.sum(), 1e-300)),
         (float(np.quantile(change, 0.025)), float(np.quantile(change, 0.975))),

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from infotraj.diagnosis.observation import Member, Observation, inward, packed, unpacked
+from infotraj.diagnosis.plain import mean_squares
 from infotraj.diagnosis.sensitivities import SMALL
 from infotraj.diagnosis.sums import Sums, block_sums
 from infotraj.rotations import Array
@@ -26,13 +27,14 @@ _SETTLED = 0.3  # change of the squared error (its unit: one noise variance) bel
 class Fit:
     """members: with fitted values; cost: whitened squared error; sums: of the linearisation there (all numbers).
 
-    at_bound: for each number whether it lies at a bound.
+    at_bound: for each number whether it lies at a bound. plain: mean squared error by axis, not whitened (`plain`).
     """
 
     members: tuple[Member, ...]
     cost: float
     sums: Sums
     at_bound: Array
+    plain: Array
 
 
 def fit(observation: Observation, members: Sequence[Member], rounds: int = _ROUNDS) -> Fit | None:
@@ -70,7 +72,9 @@ def fit(observation: Observation, members: Sequence[Member], rounds: int = _ROUN
     joint = observation.split(np.concatenate([r[:, None], jacobian], axis=1))
     sums = block_sums(observation.samples, observation.noise, observation.blocks, joint)
     at_bound = (x <= low + 1e-6) | (x >= high - 1e-6)
-    return Fit(tuple(unpacked(members, vehicle, x)), cost, sums, at_bound)
+    fitted = tuple(unpacked(members, vehicle, x))
+    plain = mean_squares(observation.samples, sums.axes, observation.raw(observation.model(fitted)))
+    return Fit(fitted, cost, sums, at_bound, plain)
 
 
 def beyond_bounds(made: Fit, vehicle: Vehicle) -> dict[str, str]:

@@ -7,8 +7,10 @@ import numpy as np
 from infotraj.diagnosis.observation import Observation
 from infotraj.diagnosis.sums import block_sums
 from infotraj.diagnosis.whitened import noise_model, whiten
+from infotraj.diagnosis.whitening import Whitener
 from infotraj.rotations import Array
 
+_START = 0.3  # gain of the first filter of differences
 PRIOR = 3.0  # usual sizes: standard deviation of every number in the richest fit
 
 
@@ -22,6 +24,24 @@ def estimated(observation: Observation, joint: list[list[Array]], rounds: int = 
         left = [[x[:, :, 0] - x[:, :, 1:] @ theta for x in flight] for flight in joint]
         observation = observation.with_noise(noise_model(observation.samples, left))
     return observation
+
+
+def started(observation: Observation, joint: list[list[Array]]) -> Observation:
+    """The observation with the noise that is left by the richest fit under white noise, reweighted.
+
+    What starts from the residual as it is may never leave it: a missing effect that changes slowly passes for noise
+    that wanders, and is then not fitted.
+    """
+    parts: dict[str, list[tuple[Array, bool]]] = {}
+    for s, flight in zip(observation.samples, joint, strict=True):
+        for channel, x in zip(s.channels, flight, strict=True):
+            parts.setdefault(channel.key, []).append((x[:, :, 0], channel.difference))
+    noise = {}
+    for key, found in parts.items():
+        spread = np.maximum(np.concatenate([x for x, _ in found]).std(axis=0), 1e-12)
+        gain = _START if found[0][1] else None
+        noise[key] = tuple(Whitener(gain, np.zeros(0), float(d)) for d in spread)
+    return estimated(observation.with_noise(noise), joint, rounds=3)
 
 
 def richest(observation: Observation, joint: list[list[Array]]) -> Array:

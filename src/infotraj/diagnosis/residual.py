@@ -5,8 +5,8 @@ minus the integral of the predicted angular acceleration over the same time; its
 noise, which the whitening knows. velocity: the same of the velocity, in place of `force` where no accelerometer was
 measured. turn and push: recorded attitude and velocity against the IMU, which show what is wrong with the IMU alone.
 
-A sensor sampled faster than 200 Hz is taken at that rate, forces as means over the rows between, rates as steps over them:
-both sides alike. Above it the filters inside sensors, which no model here has, take away what the actuators do.
+A sensor sampled faster than 200 Hz is taken at that rate, forces as means over the rows between, rates as steps over
+them: both sides alike. Above it the filters inside sensors, which no model here has, take away what actuators do.
 """
 
 from __future__ import annotations
@@ -42,8 +42,9 @@ class Channel:
     """Samples of one quantity in one flight.
 
     name; difference: whether the samples are steps between rows (noise is then differenced); first, last (m,) rows of
-    each sample; rows (m, n): those that a level's sample is the mean of; run (m,): number of the unbroken stretch that a sample belongs to; key: the samples
-    of all flights with the same key share one noise model (quantity and sampling rate); step: usual time between
+    each sample; rows (m, n): those that a level's sample is the mean of; run (m,): number of the unbroken stretch that
+    a sample belongs to; key: the samples of all flights with the same key share one noise model (quantity and sampling
+    rate); step: usual time between
     samples, s.
     """
 

@@ -15,12 +15,13 @@ import numpy as np
 
 from infotraj.diagnosis.candidates import Candidate, Variant, places, read
 from infotraj.diagnosis.fitting import Fit, beyond_bounds, fit
-from infotraj.diagnosis.noise import PRIOR, estimated
+from infotraj.diagnosis.noise import PRIOR, estimated, started
 from infotraj.diagnosis.null import null_gains
 from infotraj.diagnosis.observation import Member, Observation
+from infotraj.diagnosis.plain import Plain, binned, mean_products, plain
 from infotraj.diagnosis.scanning import scanned, shape_of
 from infotraj.diagnosis.sensitivities import Sensitivities, extended, sensitivities, start_of
-from infotraj.diagnosis.subsets import SubsetSearch
+from infotraj.diagnosis.subsets import Scored, SubsetSearch
 from infotraj.diagnosis.sums import Sums, extended_sums, held_out, products
 from infotraj.diagnosis.whitened import Noise, whiten
 from infotraj.rotations import Array
@@ -50,6 +51,7 @@ class Search:
     trail: list[str] = field(default_factory=list)
     at_bound: dict[str, str] = field(default_factory=dict)
     _white: tuple[Noise, list[list[Array]], Array] | None = None
+    _binned: tuple[list[list[Array]], Array] | None = None
 
     def fitted(self, members: Sequence[Member]) -> Fit | None:
         """The fit of a set of members, made once."""
@@ -97,7 +99,16 @@ class Search:
             white = [whiten(s, o.noise, f) for s, f in zip(o.samples, candidate, strict=True)]
             self._white = o.noise, white, products(o.samples, o.blocks, white)
         new = [whiten(s, o.noise, x) for s, x in zip(o.samples, own.joint, strict=True)]
-        return extended_sums(o.samples, o.noise, o.blocks, new, *self._white[1:]), found
+        sums = extended_sums(o.samples, o.noise, o.blocks, new, *self._white[1:])
+        return replace(sums, plain=self._plain(sums.axes, own.joint)), found
+
+    def _plain(self, axes: tuple[str, ...], own: list[list[Array]]) -> Plain:
+        o = self.observation
+        if self._binned is None:
+            old = 1 + len(self.base.of_members)
+            others = binned(o.samples, [[b[:, :, old:] for b in flight] for flight in self.base.joint])
+            self._binned = others, mean_products(o.samples, axes, others, others)
+        return plain(o.samples, axes, binned(o.samples, own), *self._binned)
 
 
 def start_search(
@@ -109,7 +120,7 @@ def start_search(
 ) -> Search:
     """Linearises every candidate around the model and estimates the noise from what their richest fit leaves."""
     base = sensitivities(observation, held, known)
-    observation = estimated(observation, base.joint)
+    observation = started(observation, base.joint)
     before = len(base.choices)
     for candidate in known:
         for _ in range(2 if shape_of(candidate, observation) is not None else 0):
@@ -204,7 +215,8 @@ def _additional(search: Search, members: Sequence[Member], barred: AbstractSet[s
     if scored.gain - base < threshold:
         return []
     before, after = best[0].held_out(sums), scored.held_out(sums)
-    rise = ((before - after).sum(axis=1) / np.maximum(sums.windows.sum(axis=1), 1)).max()
+    white = (before - after).sum(axis=1) / np.maximum(sums.windows.sum(axis=1), 1)
+    rise = float(np.maximum(white, plain_rise(sums.plain, best[0], scored, best[-1])).max())
     if rise < search.matters:
         return []
     new, place = [], len(found.of_members)
@@ -284,9 +296,18 @@ def departure(whole: Fit, labels: AbstractSet[str], vehicle: Vehicle) -> tuple[A
 
 
 def rises(whole: Fit, out: Fit) -> Array:
-    """Rise of the held-out squared error per 50 ms from one fit to another, axis by axis."""
+    """Rise of the squared error per 50 ms from one fit to another, axis by axis, in units of the floor.
+
+    The larger of two: that of the whitened held-out error, and that of the error as it is (see `plain`).
+    """
     windows = np.maximum(whole.sums.windows.sum(axis=1), 1)
-    return (heldout_error(out) - heldout_error(whole)).sum(axis=1) / windows
+    white = (heldout_error(out) - heldout_error(whole)).sum(axis=1) / windows
+    return np.maximum(white, (out.plain - whole.plain) / np.maximum(whole.plain, 1e-300))
+
+
+def plain_rise(sums: Plain, without: Scored, with_it: Scored, floor: Scored) -> Array:
+    """Rise of the plain error (axes,) from one scored set to another, in units of what a third one leaves."""
+    return (without.plain(sums) - with_it.plain(sums)) / np.maximum(floor.plain(sums), 1e-300)
 
 
 def heldout_error(found: Fit) -> Array:
@@ -329,6 +350,7 @@ class Screen:
         self._whole, self._vehicle = whole, search.observation.vehicle
         sums, self._found = search.linear(whole.members)
         self._subsets = SubsetSearch(sums, self._found)
+        self._open = [i for i, c in enumerate(self._found.choices) if c.candidate.label not in search.at_bound]
 
     def passed(self, labels: AbstractSet[str], share: float) -> bool:
         """Whether one absent effect regains `share` of what the members with these labels explain."""
@@ -337,7 +359,7 @@ class Screen:
         rest = [c for c in self._found.of_members if c not in mine]
         every = list(self._found.of_members)
         base, own = moved.score([()], rest)[0].gain, moved.score([()], every)[0].gain
-        singles = moved.score([(i,) for i in range(len(self._found.choices))], rest)
+        singles = moved.score([(i,) for i in self._open], rest)
         return any(s.gain - base > share * (own - base) for s in singles)
 
 
@@ -351,7 +373,8 @@ def alternatives(search: Search, rest: tuple[Member, ...], labels: set[str], cos
         return []
     sums, found = search.linear(rest)
     subsets = SubsetSearch(sums, found)
-    mine = [i for i, c in enumerate(found.choices) if c.candidate.label not in labels]
+    left = labels | set(search.at_bound)
+    mine = [i for i, c in enumerate(found.choices) if c.candidate.label not in left]
     base = subsets.score([()])[0].gain
     own = [[i for i, c in enumerate(found.choices) if c.candidate.label == label] for label in sorted(labels)]
     linear = max((s.gain - base for s in subsets.score(list(product(*own)))), default=np.inf)

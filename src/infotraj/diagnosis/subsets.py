@@ -15,6 +15,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from infotraj.diagnosis.plain import Plain
 from infotraj.diagnosis.sensitivities import Sensitivities
 from infotraj.diagnosis.sums import RIDGE, Sums, held_out
 from infotraj.rotations import Array
@@ -36,6 +37,12 @@ class Scored:
     columns: tuple[int, ...]
     theta: Array
     free: NDArray
+
+    def plain(self, sums: Plain) -> Array:
+        """Its mean squared error by axis, not whitened, (axes,)."""
+        theta = np.zeros(len(sums.right[0]))
+        theta[list(self.columns)] = self.theta
+        return sums.error(theta)
 
     def held_out(self, sums: Sums) -> Array:
         """Its held-out squared error by axis and block, (axes, blocks)."""

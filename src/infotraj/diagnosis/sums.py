@@ -12,6 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from infotraj.diagnosis.plain import Plain
 from infotraj.diagnosis.residual import FlightSamples
 from infotraj.diagnosis.whitened import Blocks, Noise
 from infotraj.rotations import Array
@@ -25,7 +26,7 @@ class Sums:
     """gram (axes, blocks, p, p), right (axes, blocks, p), square and windows (axes, blocks); axes: their names.
 
     windows: time in units of WINDOW. A squared error divided by it is in units of the floor of a mean over that long,
-    whatever the rate at which the sensors were sampled.
+    whatever the rate at which the sensors were sampled. plain: the same sums over all flights, not whitened.
     """
 
     gram: Array
@@ -35,6 +36,7 @@ class Sums:
     axes: tuple[str, ...]
     fold: Array
     flight: Array
+    plain: Plain | None = None
 
     def total(self) -> tuple[Array, Array, Array]:
         """Sums over the axes: (blocks, p, p), (blocks, p), (blocks,)."""
