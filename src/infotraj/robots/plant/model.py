@@ -16,6 +16,7 @@ import mujoco
 import numpy as np
 
 from infotraj.errors import InfotrajError, InputError, problem
+from infotraj.robots.plant import attachments
 from infotraj.robots.plant.truth import Lag, Truth
 from infotraj.rotations import Array, exp
 from infotraj.vehicle import Vehicle
@@ -54,11 +55,18 @@ class Bodies:
         self.applied = d.qfrc_applied[:6]
         self.specific_force, self.gyro = d.sensordata[0:3], d.sensordata[3:6]
         self.arm_address = np.array([self.model.joint(f"arm_{i}").qposadr[0] for i in range(m)], dtype=np.int64)
+        self.arm_dofs = np.array([self.model.joint(f"arm_{i}").dofadr[0] for i in range(m)], dtype=np.int64)
         self._horn_address = [
             self.model.joint(f"servo_{i}").qposadr[0] if truth.servos.play[i] > 0 else None for i in range(m)
         ]
         self._zero = np.array(truth.servos.zero_error if truth.servos else (), dtype=float)
         self._rotors = n
+        self._cable = self.model.joint("cable").dofadr[0] if truth.hidden.load else None
+
+    def hold_load(self, held: bool) -> None:
+        """Whether what hangs on a cable is braked: it is until a flight begins, so that it hangs at rest then."""
+        if self._cable is not None:
+            self.model.dof_damping[self._cable : self._cable + 3] = attachments.BRAKE if held else 0.0
 
     def reset(self, position: Array, attitude: Array, tilt_command: Array) -> None:
         """At rest at a pose, servos settled at their commands (tilts,) rad for longer than any dead time."""
@@ -150,9 +158,10 @@ def model_xml(vehicle: Vehicle, truth: Truth, timestep: float) -> str:
     _inertial(base, *_base_inertia(vehicle, truth))
     ET.SubElement(base, "site", name="imu")
     actuators, tendons = ET.Element("actuator"), ET.Element("tendon")
-    arms = [_arm(base, tendons, vehicle, truth, i) for i in range(len(vehicle.tilts))]
+    roots = attachments.attach(base, vehicle, truth)
+    arms = [_arm(base, roots.get(("tilt", i), base), tendons, vehicle, truth, i) for i in range(len(vehicle.tilts))]
     for i, rotor in enumerate(vehicle.rotors):
-        body = base if rotor.tilt is None else arms[rotor.tilt]
+        body = roots.get(("rotor", i), base) if rotor.tilt is None else arms[rotor.tilt]
         ET.SubElement(body, "site", name=rotor.name, pos=_text(*rotor.position), zaxis=_text(*rotor.axis))
         torque = -rotor.spin * rotor.moment_constant * truth.rotors.moment_factor[i]
         ET.SubElement(actuators, "motor", name=rotor.name, site=rotor.name, gear=_text(0, 0, 1, 0, 0, torque))
@@ -179,7 +188,7 @@ def servo_gains(truth: Truth) -> tuple[float, float, float]:
     return kp, kv, kv * truth.servos.max_rate
 
 
-def _arm(base: ET.Element, tendons: ET.Element, vehicle: Vehicle, truth: Truth, i: int) -> ET.Element:
+def _arm(base: ET.Element, root: ET.Element, tendons: ET.Element, vehicle: Vehicle, truth: Truth, i: int) -> ET.Element:
     axis = vehicle.tilts[i].axis
     _, kv, _ = servo_gains(truth)
     armature, damping = SERVO_INERTIA - truth.arm.inertia[0], kv - truth.arm.bearing_damping
@@ -192,7 +201,7 @@ def _arm(base: ET.Element, tendons: ET.Element, vehicle: Vehicle, truth: Truth, 
                 "Make the arm lighter.",
             )
         )
-    arm = ET.SubElement(base, "body", name=f"arm_{i}", quat=_text(*exp(truth.servos.zero_error[i] * np.asarray(axis))))
+    arm = ET.SubElement(root, "body", name=f"arm_{i}", quat=_text(*exp(truth.servos.zero_error[i] * np.asarray(axis))))
     joint = ET.SubElement(arm, "joint", name=f"arm_{i}", type="hinge", axis=_text(*axis))
     mass, center, inertia = _arm_inertia(vehicle, truth, i)
     _inertial(arm, mass, center, inertia)
@@ -245,6 +254,7 @@ def _base_inertia(vehicle: Vehicle, truth: Truth) -> tuple[float, Array, Array]:
     parts = [_arm_inertia(vehicle, truth, i) for i in range(len(vehicle.tilts))]
     if truth.servos:
         parts += [(HORN_MASS, np.zeros(3), HORN_INERTIA * np.eye(3)) for play in truth.servos.play if play > 0]
+    parts += attachments.inside(vehicle, truth)
     mass = truth.mass - sum(p[0] for p in parts)
     center = np.asarray(truth.center_of_mass)
     about_origin = truth.inertia.matrix() + _steiner(truth.mass, center)
