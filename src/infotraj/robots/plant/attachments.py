@@ -13,8 +13,8 @@ from infotraj.vehicle import Vehicle
 
 # A body needs an inertia: as a point mass has none, one of a thousandth of its mass times (1 cm)^2.
 POINT = 1e-7
-# N m s/rad: stops a hanging load within a second or two, while a plant waits for its flight to begin.
-BRAKE = 0.2
+# 1/s, drag over mass: stops a hanging load within a second, while a plant waits for its flight to begin.
+BRAKE = 4.0
 
 
 def attach(base: ET.Element, vehicle: Vehicle, truth: Truth) -> dict[tuple[str, int], ET.Element]:

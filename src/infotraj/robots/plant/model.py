@@ -61,12 +61,14 @@ class Bodies:
         ]
         self._zero = np.array(truth.servos.zero_error if truth.servos else (), dtype=float)
         self._rotors = n
-        self._cable = self.model.joint("cable").dofadr[0] if truth.hidden.load else None
+        self._load = self.model.body("load").id if truth.hidden.load else None
+        self._brake = 0.0
 
     def hold_load(self, held: bool) -> None:
         """Whether what hangs on a cable is braked: it is until a flight begins, so that it hangs at rest then."""
-        if self._cable is not None:
-            self.model.dof_damping[self._cable : self._cable + 3] = attachments.BRAKE if held else 0.0
+        if self._load is not None:
+            self._brake = attachments.BRAKE * self.model.body_mass[self._load] if held else 0.0
+            self.data.xfrc_applied[self._load] = 0.0
 
     def reset(self, position: Array, attitude: Array, tilt_command: Array) -> None:
         """At rest at a pose, servos settled at their commands (tilts,) rad for longer than any dead time."""
@@ -88,6 +90,10 @@ class Bodies:
 
     def step(self) -> None:
         """One time step with the present controls and applied force."""
+        if self._brake:
+            velocity = np.zeros(6)
+            mujoco.mj_objectVelocity(self.model, self.data, mujoco.mjtObj.mjOBJ_BODY, self._load, velocity, 0)
+            self.data.xfrc_applied[self._load, :3] = -self._brake * velocity[3:]
         mujoco.mj_step(self.model, self.data)
 
     def tilts(self) -> Array:

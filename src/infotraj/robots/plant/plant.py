@@ -208,6 +208,8 @@ class Plant:
 
     def _hover(self, reference: Reference) -> None:
         attitude = reference.attitude[0]
+        if not self.vehicle.tilts:  # it can only hover level
+            attitude = rotations.from_euler(0.0, 0.0, rotations.to_euler(attitude)[2])
         up = rotations.to_body(attitude, np.array([0.0, 0.0, 1.0]))
         wrench = StaticPlant(self.vehicle, self.truth).hold(up)
         self.reset(reference.position[0], attitude, *Allocation(self.vehicle).actuators(wrench))
