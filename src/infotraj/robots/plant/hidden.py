@@ -127,6 +127,9 @@ class Hidden(_Strict):
     """All of the above."""
 
     command_delay: NotNegative = Field(0.0, description="s, a whole number of time steps")
+    backlash: NotNegative = Field(
+        0.0, description="rad, half width of play that holds the arm by dry friction: the play operator, without bounce"
+    )
     load: Load | None = None
     slosh: Slosh | None = None
     flexible_arm: FlexibleArm | None = None

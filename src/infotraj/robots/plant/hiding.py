@@ -172,7 +172,7 @@ def _spread(key: str) -> Hide:
 
     def make(truth: Truth, vehicle: Vehicle, values: Values) -> Truth:
         if key == "half_width":
-            return _with(truth, "servos", play=(float(values[key]),) * len(vehicle.tilts))
+            return _hidden(truth, backlash=float(values[key]))
         return _with(truth, "servos", zero_error=_triple(values[key]))
 
     return make

@@ -29,6 +29,8 @@ FAST_TIME_CONSTANT = 1e-3
 # The play's stop: time constant of its contact (s), twice the time step, the shortest that MuJoCo takes.
 STOP_TIME_CONSTANT = 2e-3
 # A hinge needs a body; the servo's side of the play is this light (kg, kg m^2).
+# Armature (kg m^2) of an arm that is placed and not moved by forces: an armature has no reaction on the body.
+HELD = 1e3
 HORN_MASS, HORN_INERTIA = 1e-6, 1e-9
 
 
@@ -57,8 +59,9 @@ class Bodies:
         self.arm_address = np.array([self.model.joint(f"arm_{i}").qposadr[0] for i in range(m)], dtype=np.int64)
         self.arm_dofs = np.array([self.model.joint(f"arm_{i}").dofadr[0] for i in range(m)], dtype=np.int64)
         self._horn_address = [
-            self.model.joint(f"servo_{i}").qposadr[0] if truth.servos.play[i] > 0 else None for i in range(m)
+            self.model.joint(f"servo_{i}").qposadr[0] if has_horn(truth, i) else None for i in range(m)
         ]
+        self._backlash = truth.hidden.backlash
         self._zero = np.array(truth.servos.zero_error if truth.servos else (), dtype=float)
         self._rotors = n
         self._load = self.model.body("load").id if truth.hidden.load else None
@@ -95,6 +98,15 @@ class Bodies:
             mujoco.mj_objectVelocity(self.model, self.data, mujoco.mjtObj.mjOBJ_BODY, self._load, velocity, 0)
             self.data.xfrc_applied[self._load, :3] = -self._brake * velocity[3:]
         mujoco.mj_step(self.model, self.data)
+        if self._backlash:
+            self._drag_arms()
+
+    def _drag_arms(self) -> None:
+        """The servos' horns take the arms along once they have crossed the play; else the arms stay where they are."""
+        for arm, dof, horn in zip(self.arm_address, self.arm_dofs, self._horn_address, strict=True):
+            low, high = self.qpos[horn] - self._backlash, self.qpos[horn] + self._backlash
+            self.qpos[arm] = min(max(self.qpos[arm], low), high)
+            self.qvel[dof] = 0.0
 
     def tilts(self) -> Array:
         """True tilts (tilts,) rad: where the arms stand, zero error included."""
@@ -194,6 +206,11 @@ def servo_gains(truth: Truth) -> tuple[float, float, float]:
     return kp, kv, kv * truth.servos.max_rate
 
 
+def has_horn(truth: Truth, i: int) -> bool:
+    """Whether servo i has a hinge of its own: there is play between it and the arm."""
+    return truth.servos.play[i] > 0 or truth.hidden.backlash > 0
+
+
 def _arm(base: ET.Element, root: ET.Element, tendons: ET.Element, vehicle: Vehicle, truth: Truth, i: int) -> ET.Element:
     axis = vehicle.tilts[i].axis
     _, kv, _ = servo_gains(truth)
@@ -212,17 +229,21 @@ def _arm(base: ET.Element, root: ET.Element, tendons: ET.Element, vehicle: Vehic
     mass, center, inertia = _arm_inertia(vehicle, truth, i)
     _inertial(arm, mass, center, inertia)
     play = truth.servos.play[i]
-    if play == 0.0:
+    if not has_horn(truth, i):
         joint.set("armature", _text(armature))
         joint.set("damping", _text(kv))
         return arm
     joint.set("damping", _text(truth.arm.bearing_damping))
+    if truth.hidden.backlash:
+        joint.set("armature", _text(HELD))
     horn = ET.SubElement(base, "body", name=f"servo_{i}")
     ET.SubElement(
         horn, "joint", name=f"servo_{i}", type="hinge", axis=_text(*axis), armature=_text(armature),
         damping=_text(damping),
     )  # fmt: skip
     _inertial(horn, HORN_MASS, np.zeros(3), HORN_INERTIA * np.eye(3))
+    if truth.hidden.backlash:
+        return arm
     fixed = ET.SubElement(
         tendons, "fixed", name=f"play_{i}", range=_text(-play, play), solreflimit=_text(STOP_TIME_CONSTANT, 1.0)
     )
@@ -233,7 +254,7 @@ def _arm(base: ET.Element, root: ET.Element, tendons: ET.Element, vehicle: Vehic
 
 def _servo(actuators: ET.Element, truth: Truth, i: int, timestep: float) -> None:
     kp, _, limit = servo_gains(truth)
-    joint = f"servo_{i}" if truth.servos.play[i] > 0 else f"arm_{i}"
+    joint = f"servo_{i}" if has_horn(truth, i) else f"arm_{i}"
     servo = ET.SubElement(
         actuators, "position", name=f"servo_{i}", joint=joint, kp=_text(kp), forcerange=_text(-limit, limit)
     )
@@ -259,7 +280,7 @@ def _base_inertia(vehicle: Vehicle, truth: Truth) -> tuple[float, Array, Array]:
     """What is left for the free body when the arms are taken out of the truth's totals."""
     parts = [_arm_inertia(vehicle, truth, i) for i in range(len(vehicle.tilts))]
     if truth.servos:
-        parts += [(HORN_MASS, np.zeros(3), HORN_INERTIA * np.eye(3)) for play in truth.servos.play if play > 0]
+        parts += [(HORN_MASS, np.zeros(3), HORN_INERTIA * np.eye(3)) for i in range(len(vehicle.tilts)) if has_horn(truth, i)]
     parts += attachments.inside(vehicle, truth)
     mass = truth.mass - sum(p[0] for p in parts)
     center = np.asarray(truth.center_of_mass)
