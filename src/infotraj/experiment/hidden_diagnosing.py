@@ -1,0 +1,37 @@
+"""Diagnoses runs of the hidden-effect study with the public command, given the flight tables and the vehicle alone."""
+
+from __future__ import annotations
+
+import json
+import resource
+import time
+from pathlib import Path
+
+from infotraj.cli import cli
+from infotraj.errors import InfotrajError
+
+
+def diagnose_batch(*, flights: Path, answers: Path) -> None:
+    """Runs `infotraj diagnose vehicle.yaml flight_*.parquet --json` in every folder flights/run_K.
+
+    Writes answers/run_K/answer.json, model.yaml (where an effect was supported) and time.json: seconds and status.
+    """
+    for run in sorted(flights.glob("run_*")):
+        folder = answers / run.name
+        folder.mkdir(parents=True, exist_ok=True)
+        tables = sorted(str(path) for path in run.glob("flight_*.parquet"))
+        arguments = ["diagnose", str(run / "vehicle.yaml"), *tables, "-q"]
+        arguments += ["--json", str(folder / "answer.json"), "--save-model", str(folder / "model.yaml")]
+        status, said = 0, ""
+        start, used = time.perf_counter(), _cpu()
+        try:
+            cli.main(arguments, prog_name="infotraj", standalone_mode=False)
+        except InfotrajError as error:
+            status, said = error.exit_status, str(error)
+        spent = {"wall": time.perf_counter() - start, "cpu": _cpu() - used, "status": status, "error": said}
+        (folder / "time.json").write_text(json.dumps(spent))
+
+
+def _cpu() -> float:
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    return used.ru_utime + used.ru_stime
