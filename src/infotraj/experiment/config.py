@@ -105,6 +105,17 @@ class Pool(_Strict):
     seeds: Count = Field(5, description="repetitions of the subsets and the hyperparameter search")
 
 
+class HiddenEffects(_Strict):
+    """The hidden-effect study: does the diagnosis name what is hidden?"""
+
+    study: str = Field("config/studies/hidden_effects.yaml", description="what is hidden, and how often")
+    only: tuple[str, ...] = Field((), description="patterns of case names, such as omav/single/*; none: all cases")
+    seeds: Count | None = Field(None, description="at most so many runs a case; null: as many as the study says")
+    with_all: bool = Field(
+        False, description="whether the default target makes the study too, not only `hidden_effects`"
+    )
+
+
 class ExperimentConfig(_Strict):
     """Everything that the workflow's rules read."""
 
@@ -132,6 +143,7 @@ class ExperimentConfig(_Strict):
     gains: Gains = Gains()
     data_dir: str | None = Field(None, description="folder of the real flights where INFOTRAJ_DATA is not set")
     pool: Pool = Pool()
+    hidden_effects: HiddenEffects = HiddenEffects()
 
 
 def load(content: Mapping[str, object] | None, source: str = "config") -> ExperimentConfig:

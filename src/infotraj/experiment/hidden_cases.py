@@ -112,9 +112,7 @@ def _planned(study: HiddenStudy) -> Iterator[tuple[Case, int, int]]:
 def _curves(study: HiddenStudy, vehicle: str) -> Iterator[tuple[Case, int, int]]:
     c = study.curves
     for effect in c.effects.get(vehicle, ()):
-        one = Case(
-            vehicle, "curve", ((effect, 1.0),), wave=4, voltage=study.vehicles[vehicle].effects[effect].voltage
-        )
+        one = Case(vehicle, "curve", ((effect, 1.0),), wave=4, voltage=study.vehicles[vehicle].effects[effect].voltage)
         cases = [replace(one, effects=((effect, m),), curve=f"size={m:g}") for m in c.sizes]
         cases += [replace(one, seconds=s, curve=f"seconds={s:g}") for s in c.seconds]
         cases += [replace(one, noise=n, curve=f"noise={n:g}") for n in c.noise]

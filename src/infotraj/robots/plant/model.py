@@ -280,7 +280,9 @@ def _base_inertia(vehicle: Vehicle, truth: Truth) -> tuple[float, Array, Array]:
     """What is left for the free body when the arms are taken out of the truth's totals."""
     parts = [_arm_inertia(vehicle, truth, i) for i in range(len(vehicle.tilts))]
     if truth.servos:
-        parts += [(HORN_MASS, np.zeros(3), HORN_INERTIA * np.eye(3)) for i in range(len(vehicle.tilts)) if has_horn(truth, i)]
+        parts += [
+            (HORN_MASS, np.zeros(3), HORN_INERTIA * np.eye(3)) for i in range(len(vehicle.tilts)) if has_horn(truth, i)
+        ]
     parts += attachments.inside(vehicle, truth)
     mass = truth.mass - sum(p[0] for p in parts)
     center = np.asarray(truth.center_of_mass)

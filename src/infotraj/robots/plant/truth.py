@@ -63,7 +63,9 @@ class Air(_Strict):
     ground_effect: NotNegative = Field(0.0, description="thrust times 1 + this (R / height)^2")
     tilt_interference: NotNegative = Field(0.0, description="the catalogue's rotor_interference; not the wakes above")
     flapping: NotNegative = Field(0.0, description="s/m: in-plane force over thrust and speed across the rotor")
-    hub_stiffness: NotNegative = Field(0.0, description="m: hub moment over in-plane force, from blades hinged off axis")
+    hub_stiffness: NotNegative = Field(
+        0.0, description="m: hub moment over in-plane force, from blades hinged off axis"
+    )
 
 
 class SecondOrder(_Strict):
