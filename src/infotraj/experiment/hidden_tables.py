@@ -90,7 +90,7 @@ def confusion_table(runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def coverage_table(parameters: pd.DataFrame) -> pd.DataFrame:
-    """A row a parameter (numbers of a vector together): coverage of the 95 % interval, and how far estimates are off."""
+    """A row a parameter (all numbers of a vector): coverage of the 95 % interval, and how far estimates are off."""
     rows = []
     for key, part in parameters.groupby(["vehicle", "effect", "parameter", "clutter"], sort=True):
         off = (part["estimate"] - part["true"]).to_numpy()

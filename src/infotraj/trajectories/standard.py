@@ -42,10 +42,13 @@ def standard(kind: str, seconds: float, extent: Extent, rng: np.random.Generator
 
 
 def flat(t: Array, place: Array, yaw: Array, gravity: float = 9.81) -> Reference:
-    """The reference of a vehicle that pushes along body z: attitude from acceleration and yaw (Mellinger, Kumar 2011)."""
+    """The reference of a vehicle that pushes along body z: attitude from acceleration and yaw (`flatness`)."""
     level = from_poses(t, place, rotations.from_euler(0 * yaw, 0 * yaw, yaw))
     force = level.acceleration + np.array([0.0, 0.0, gravity])
     return from_poses(t, place, thrust_attitude(force, yaw))
+
+
+_HEIGHT = np.array([0.0, 0.0, 1.4])  # m, of the middle of most paths
 
 
 def _window(t: Array, rise: float = 2.0) -> Array:
@@ -72,7 +75,7 @@ def _eight(t: Array, extent: Extent, rng: np.random.Generator) -> Pose:
     x = a * np.sin(pulse * t + phase)
     y = 0.5 * a * np.sin(2 * (pulse * t + phase))
     z = 0.35 * extent.size * np.sin(0.83 * pulse * t + rng.uniform(0, 2 * np.pi))
-    place = _window(t)[:, None] * np.stack([x, y, z], axis=1) + [0.0, 0.0, 1.4]
+    place = _window(t)[:, None] * np.stack([x, y, z], axis=1) + _HEIGHT
     return place, *_angles(t, extent, rng)
 
 
@@ -82,11 +85,11 @@ def _helix(t: Array, extent: Extent, rng: np.random.Generator) -> Pose:
     around = pulse * t * rng.choice([-1.0, 1.0]) + phase
     z = 0.6 * extent.size * np.sin(0.37 * pulse * t)
     place = _window(t)[:, None] * np.stack([radius * np.cos(around), radius * np.sin(around), z], axis=1)
-    return place + [0.0, 0.0, 1.4], *_angles(t, extent, rng, yaw=1.2)
+    return place + _HEIGHT, *_angles(t, extent, rng, yaw=1.2)
 
 
 def _attitude(t: Array, extent: Extent, rng: np.random.Generator) -> Pose:
-    place = np.stack([_wave(t, 0.2, 2.3 * extent.pace, rng) for _ in range(3)], axis=1) + [0.0, 0.0, 1.4]
+    place = np.stack([_wave(t, 0.2, 2.3 * extent.pace, rng) for _ in range(3)], axis=1) + _HEIGHT
     return place, *_angles(t, extent, rng, share=1.6, yaw=1.0)
 
 
@@ -103,7 +106,7 @@ def _waypoints(t: Array, extent: Extent, rng: np.random.Generator) -> Pose:
     """Straight moves between random points with constant acceleration, then constant deceleration."""
     place = np.stack([_moves(t, 1.3 * extent.size, rng) for _ in range(3)], axis=1) * [1.0, 1.0, 0.4]
     roll, pitch = _moves(t, 0.8 * extent.tilt, rng), _moves(t, 0.8 * extent.tilt, rng)
-    return place + [0.0, 0.0, 1.4], roll, pitch, _moves(t, 1.6, rng)
+    return place + _HEIGHT, roll, pitch, _moves(t, 1.6, rng)
 
 
 def _moves(t: Array, size: float, rng: np.random.Generator) -> Array:
@@ -123,7 +126,7 @@ def _smooth_waypoints(t: Array, extent: Extent, rng: np.random.Generator) -> Pos
     """The same moves, each with the smallest jerk."""
     place = np.stack([_smoothed(_moves(t, 1.4 * extent.size, rng)) for _ in range(3)], axis=1) * [1.0, 1.0, 0.4]
     roll, pitch = (_smoothed(_moves(t, 0.8 * extent.tilt, rng)) for _ in range(2))
-    return place + [0.0, 0.0, 1.4], roll, pitch, _smoothed(_moves(t, 1.6, rng))
+    return place + _HEIGHT, roll, pitch, _smoothed(_moves(t, 1.6, rng))
 
 
 def _smoothed(values: Array, half: int = 20) -> Array:

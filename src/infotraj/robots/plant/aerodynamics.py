@@ -178,7 +178,7 @@ def wake_losses(rotors, air, thrust, position, direction, loss):
 
 @njit(cache=True, error_model="numpy")
 def thrusts(rotors, air, square, velocity, rate, position, direction, loss, thrust):
-    """Thrust of every rotor (N), into `thrust`: k_F w^2 (1 - wake loss) factor - axial_inflow w (v_r . d), at least 0.
+    """Thrust of every rotor (N), at least 0: k_F w^2 (1 - wake loss) factor - axial_inflow w (v_r . d), into `thrust`.
 
     square (rotors,) speeds squared; velocity and rate (3,) of the body's origin, body frame, through still air.
     """
@@ -245,7 +245,8 @@ def drive(rotors, air, axes, zero, arms, arm_dofs, command, dt, speed, qpos, qve
 
     Advances `speed` (rotors,) rad/s by dt towards `command`; fills `thrust` (rotors,) N, `applied` (6,): the air's
     force in the world and torque in the body frame at the origin, and `achieved` (6,): true wrench of rotors and air
-    about the origin, body frame. qpos, qvel: MuJoCo's state, free joint first, arms at the addresses `arms` and `arm_dofs`.
+    about the origin, body frame. qpos, qvel: MuJoCo's state, free joint first, arms at the addresses `arms` and
+    `arm_dofs`.
     """
     n, m = rotors.shape[0], axes.shape[0]
     slope = np.empty(m)

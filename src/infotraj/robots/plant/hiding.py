@@ -14,7 +14,14 @@ from pydantic import BaseModel
 
 from infotraj.errors import InputError, problem
 from infotraj.robots.plant.hidden import (
-    FlexibleArm, Hysteresis, Load, Pack, Sag, Slosh, Turbulence, Wall,
+    FlexibleArm,
+    Hysteresis,
+    Load,
+    Pack,
+    Sag,
+    Slosh,
+    Turbulence,
+    Wall,
 )  # fmt: skip
 from infotraj.robots.plant.truth import Interference, Lag, SecondOrder, Truth
 from infotraj.vehicle import Vehicle

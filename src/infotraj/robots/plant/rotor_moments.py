@@ -1,4 +1,4 @@
-"""What rotors do to the body beside thrust, reaction torque and drag: angular momentum, and blades that flap. Compiled."""
+"""What rotors do to the body beside thrust, reaction torque and drag: angular momentum, blades that flap. Compiled."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What changes the rotors' thrust beside the wakes: the ground, tilted neighbours, the battery, hysteresis. Compiled."""
+"""What changes the rotors' thrust beside the wakes: ground, tilted neighbours, battery, hysteresis. Compiled."""
 
 from __future__ import annotations
 
