@@ -50,7 +50,7 @@ for wave in HIDDEN_WAVES:
         resources:
             mem_mb=1500,
         params:
-            code=[code("hidden_diagnosing"), fingerprint("infotraj.diagnosis.command")],
+            code=code("hidden_diagnosing"),
         script:
             "../scripts/hidden_diagnose.py"
 

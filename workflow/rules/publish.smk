@@ -18,3 +18,22 @@ rule publish:
         mem_mb=100,
     shell:
         "mkdir -p {output.folder} && cp {input} {output.folder}/ 2> {log}"
+
+
+rule publish_hidden_effects:
+    input:
+        markdown=rules.hidden_summary.output.markdown,
+        tables=rules.hidden_summary.output.tables,
+        figures=rules.hidden_summary.output.figures,
+    output:
+        folder=directory("docs/results/hidden_effects"),
+    log:
+        "results/logs/publish_hidden_effects.log",
+    benchmark:
+        "results/benchmarks/publish_hidden_effects.tsv"
+    threads: 1
+    resources:
+        mem_mb=100,
+    shell:
+        "(mkdir -p {output.folder} && cp {input.markdown} {input.figures}/*.png {output.folder}/"
+        " && cd {input.tables} && cp cases.csv confusion.csv coverage.csv curves.csv $OLDPWD/{output.folder}/) 2> {log}"

@@ -7,7 +7,7 @@ import resource
 import time
 from pathlib import Path
 
-from infotraj.cli import cli
+from infotraj.diagnosis.command import diagnose_command
 from infotraj.errors import InfotrajError
 
 
@@ -20,12 +20,12 @@ def diagnose_batch(*, flights: Path, answers: Path) -> None:
         folder = answers / run.name
         folder.mkdir(parents=True, exist_ok=True)
         tables = sorted(str(path) for path in run.glob("flight_*.parquet"))
-        arguments = ["diagnose", str(run / "vehicle.yaml"), *tables, "-q"]
+        arguments = [str(run / "vehicle.yaml"), *tables, "-q"]
         arguments += ["--json", str(folder / "answer.json"), "--save-model", str(folder / "model.yaml")]
         status, said = 0, ""
         start, used = time.perf_counter(), _cpu()
         try:
-            cli.main(arguments, prog_name="infotraj", standalone_mode=False)
+            diagnose_command.main(arguments, prog_name="infotraj diagnose", standalone_mode=False)
         except InfotrajError as error:
             status, said = error.exit_status, str(error)
         spent = {"wall": time.perf_counter() - start, "cpu": _cpu() - used, "status": status, "error": said}
