@@ -9,11 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
-from infotraj import rotations
+from infotraj.control.demand import limit_norm, relative, rotate_into
+from infotraj.control.tracking import states
 from infotraj.dynamics.allocation import Allocation
 from infotraj.rotations import Array
-from infotraj.trajectories.flatness import thrust_attitude
 from infotraj.trajectories.reference import Reference
 from infotraj.vehicle import Vehicle
 
@@ -43,12 +44,18 @@ class ThrustVectorController:
 
     def __init__(self, vehicle: Vehicle, reference: Reference, gains: ThrustVectorGains | None = None) -> None:
         self.period = reference.dt
-        self._vehicle, self._reference, self._gains = vehicle, reference, gains or ThrustVectorGains()
+        self._vehicle, self._reference = vehicle, states(reference)
         self._inertia, self._allocation = vehicle.inertia_matrix(), Allocation(vehicle)
-        g = self._gains
-        self._p = np.array([g.attitude_p, g.attitude_p, g.yaw_p])
-        self._d = np.array([g.attitude_d, g.attitude_d, g.yaw_d])
-        self._i = np.array([g.attitude_i, g.attitude_i, g.yaw_i])
+        g = gains or ThrustVectorGains()
+        self._position = np.array([g.position_p, g.position_d, g.position_i, g.max_feedback_acceleration])
+        self._attitude = np.array(
+            [
+                [g.attitude_p, g.attitude_p, g.yaw_p],
+                [g.attitude_d, g.attitude_d, g.yaw_d],
+                [g.attitude_i, g.attitude_i, g.yaw_i],
+                [g.max_angular_acceleration] * 3,
+            ]
+        )
         self.reset()
 
     def reset(self) -> None:
@@ -57,31 +64,63 @@ class ThrustVectorController:
 
     def command(self, k: int, estimate) -> tuple[Array, Array, Array]:
         """Wrench (6,) N and N m, rotor speeds (rad/s) and no tilts, from sample k on."""
-        r, g = self._reference, self._gains
-        miss = r.position[k] - estimate.position
-        feedback = g.position_p * miss + g.position_d * (r.velocity[k] - estimate.velocity) + g.position_i * self._drift
-        size = float(np.linalg.norm(feedback))
-        if size > g.max_feedback_acceleration:
-            feedback *= g.max_feedback_acceleration / size
-        else:
-            self._drift += self.period * miss
-        wanted = r.acceleration[k] + feedback + np.array([0.0, 0.0, self._vehicle.gravity])
-        goal = thrust_attitude(wanted, heading(r.attitude[k]))
-        back = rotations.multiply(rotations.conjugate(estimate.attitude), goal)
-        turn = rotations.log(back if back[0] >= 0 else -back)
-        self._twist += self.period * turn
-        rate, angular = rotations.to_world(back, r.rate[k]), rotations.to_world(back, r.angular_acceleration[k])
-        angular = angular + self._p * turn + self._d * (rate - estimate.rate) + self._i * self._twist
-        size = float(np.linalg.norm(angular))
-        angular *= min(1.0, g.max_angular_acceleration / max(size, 1e-9))
-        momentum = self._inertia @ estimate.rate
-        torque = self._inertia @ angular + np.cross(estimate.rate, momentum)
-        thrust = self._vehicle.mass * max(float(rotations.to_body(estimate.attitude, wanted)[2]), 1.0)
+        torque, thrust = _demand(
+            self._reference[k], estimate.position, estimate.velocity, estimate.attitude, estimate.rate, self._drift,
+            self._twist, self._position, self._attitude, self._inertia, self._vehicle.gravity, self.period,
+        )  # fmt: skip
+        thrust *= self._vehicle.mass
         wrench = np.array([0.0, 0.0, thrust, *torque])
         rotor_speed, tilt = self._allocation.actuators(wrench)
         return wrench, rotor_speed, tilt
 
 
-def heading(attitude: Array) -> float:
-    """Yaw (rad) of an attitude (4,)."""
-    return float(rotations.to_euler(attitude)[2])
+@njit(cache=True)
+def _demand(row, place, velocity, q, rate, drift, twist, position, attitude, inertia, gravity, period):
+    """Torque (3,) N m and thrust over mass (m/s^2); moves the integrals `drift` and `twist` on."""
+    wanted = np.empty(3)
+    miss = row[0:3] - place
+    for i in range(3):
+        wanted[i] = position[0] * miss[i] + position[1] * (row[7 + i] - velocity[i]) + position[2] * drift[i]
+    if not limit_norm(wanted, 0, position[3]):
+        drift += period * miss
+    for i in range(3):
+        wanted[i] += row[13 + i]
+    wanted[2] += gravity
+    goal = _attitude(wanted, row[3:7])
+    turn = np.empty(4)
+    relative(q, goal, turn)
+    if turn[0] < 0:
+        turn[:] = -turn
+    sine = np.sqrt(turn[1] ** 2 + turn[2] ** 2 + turn[3] ** 2)
+    stretch = 2.0 * np.arctan2(sine, turn[0]) / sine if sine > 1e-9 else 2.0
+    # turn maps vectors of the goal's body to the vehicle's: rotate_into takes the inverse
+    back = np.array([turn[0], -turn[1], -turn[2], -turn[3]])
+    ahead, angular = np.empty(3), np.empty(3)
+    rotate_into(back, row[10:13], ahead)
+    rotate_into(back, row[16:19], angular)
+    for i in range(3):
+        error = stretch * turn[1 + i]
+        twist[i] += period * error
+        angular[i] += attitude[0, i] * error + attitude[1, i] * (ahead[i] - rate[i]) + attitude[2, i] * twist[i]
+    limit_norm(angular, 0, attitude[3, 0])
+    momentum = inertia @ rate
+    body = np.empty(3)
+    rotate_into(q, wanted, body)
+    return inertia @ angular + np.cross(rate, momentum), max(body[2], 1.0)
+
+
+@njit(cache=True)
+def _attitude(force, reference):
+    """The attitude (4,) with body z along `force` and the heading of `reference` (4,)."""
+    w, x, y, z = reference
+    yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    up = force / np.sqrt(force[0] ** 2 + force[1] ** 2 + force[2] ** 2)
+    ahead = np.cross(np.cross(up, np.array([np.cos(yaw), np.sin(yaw), 0.0])), up)
+    ahead /= np.sqrt(ahead[0] ** 2 + ahead[1] ** 2 + ahead[2] ** 2)
+    left = np.cross(up, ahead)
+    out = np.empty(4)
+    out[0] = 0.5 * np.sqrt(max(1.0 + ahead[0] + left[1] + up[2], 1e-12))
+    out[1] = (left[2] - up[1]) / (4.0 * out[0])
+    out[2] = (up[0] - ahead[2]) / (4.0 * out[0])
+    out[3] = (ahead[1] - left[0]) / (4.0 * out[0])
+    return out

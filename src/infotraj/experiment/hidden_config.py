@@ -1,4 +1,4 @@
-"""The hidden-effect study's configuration (config/studies/hidden_effects.yaml): what is hidden, on which vehicle, how often."""
+"""The hidden-effect study's configuration (config/studies/hidden_effects.yaml): what is hidden, where, how often."""
 
 from __future__ import annotations
 
@@ -127,5 +127,7 @@ def read_study(path: str | Path) -> HiddenStudy:
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise UsageError(problem(f"{path}: cannot be read ({error})", "a YAML file", "Check the path.")) from error
     if not isinstance(content, dict):
-        raise UsageError(problem(f"{path}: no mapping", "the keys of config/studies/hidden_effects.yaml", "Correct it."))
+        raise UsageError(
+            problem(f"{path}: no mapping", "the keys of config/studies/hidden_effects.yaml", "Correct it.")
+        )
     return load_study(content, str(path))
