@@ -13,14 +13,15 @@ from infotraj.models import Model
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
-WINDOW = 0.05  # s
+# s, of levels, and of steps between rows: the noise of a sum of steps does not grow with time
+WINDOW = {False: 0.05, True: 0.25}
 
 
 class HeldOut:
     """Held-out flights, and the same without anything hidden, which give the noise floor.
 
     The error of a model: its residuals (specific force, change of rate, recorded attitude and velocity against the
-    IMU) as means over 50 ms, squared and divided by the same mean square without hidden effects, averaged over the
+    IMU) as means over 50 ms or 0.25 s, squared and divided by the same mean square without hidden effects, averaged over the
     axes. 1 is the floor. White noise of single samples would hide what a model of the motion is for.
     """
 
@@ -44,7 +45,7 @@ def _mean_squares(samples: Sequence, model: Model) -> dict[str, Array]:
     parts: dict[str, list[Array]] = {}
     for s in samples:
         for channel, values in zip(s.channels, s.residual(model), strict=True):
-            rows = max(1, round(WINDOW / channel.step))
+            rows = max(1, round(WINDOW[channel.difference] / channel.step))
             whole = values[: len(values) // rows * rows].reshape(-1, rows, 3).mean(axis=1)
             parts.setdefault(channel.name, []).append(whole)
     return {name: np.mean(np.concatenate(p) ** 2, axis=0) for name, p in parts.items()}

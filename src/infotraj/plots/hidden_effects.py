@@ -151,4 +151,7 @@ def _curve(axes: Axes, table: pd.DataFrame, what: str, effects: list[str]) -> No
         axes.set_xticks(range(len(_LOGS)), list(_LOGS.values()), fontsize=6.5)
     else:
         axes.set_xscale("log")
+        marks = sorted(set(table["value"].astype(float)))
+        axes.set_xticks(marks, [f"{m:g}" for m in marks], fontsize=6.5)
+        axes.set_xticks([], minor=True)
         axes.set_xlabel(_AXES[what], fontsize=7.5)

@@ -24,8 +24,6 @@ from infotraj.vehicle import Vehicle
 # Reflected inertia of a servo and its load, kg m^2: with the 2020 servo's damping, 8 rad/s then take 1.4 N m, the
 # stall torque of the Dynamixel XL430 class that turns such arms (assumed). A gear's armature has no reaction.
 SERVO_INERTIA = 0.011
-# J / kv of a first-order servo, s: short beside its lag, not shorter than a time step.
-FAST_TIME_CONSTANT = 1e-3
 # The play's stop: time constant of its contact (s), twice the time step, the shortest that MuJoCo takes.
 STOP_TIME_CONSTANT = 2e-3
 # A hinge needs a body; the servo's side of the play is this light (kg, kg m^2).
@@ -198,7 +196,7 @@ def servo_gains(truth: Truth) -> tuple[float, float, float]:
     """Stiffness kp (N m/rad), damping kv (N m s/rad) and force limit F (N m) of a tilt's servo."""
     servo = truth.servos.dynamics
     if isinstance(servo, Lag):
-        kv = SERVO_INERTIA / min(FAST_TIME_CONSTANT, 0.25 * servo.time_constant)
+        kv = SERVO_INERTIA / min(servo.fast_time_constant, 0.25 * servo.time_constant)
         kp = kv / servo.time_constant
     else:
         kp = SERVO_INERTIA * servo.natural_frequency**2

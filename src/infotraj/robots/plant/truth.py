@@ -82,6 +82,9 @@ class Lag(_Strict):
     kind: Literal["lag"] = "lag"
     time_constant: Positive
     dead_time: NotNegative = 0.0
+    fast_time_constant: Positive = Field(
+        1e-3, description="s, of the servo's own inertia against its damping: what makes the lag not quite first order"
+    )
 
 
 class Servos(_Strict):
