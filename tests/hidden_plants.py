@@ -21,7 +21,7 @@ from infotraj.vehicle import Vehicle, load_vehicle
 QUIET = Noise(*(1e-5 * np.array([Noise().position, Noise().attitude, Noise().rate, Noise().specific_force])))
 VEHICLES = {name: load_vehicle(f"config/vehicles/{name}.yaml") for name in ("omav", "quadrotor")}
 FLOWN = {
-    "omav": (("low", "waypoints"), Extent(), TrackingController),
+    "omav": (("attitude", "low"), Extent(), TrackingController),
     "quadrotor": (("helix", "low"), Extent(low=0.15, tilt=0.0), ThrustVectorController),
 }
 # What the mean of ten samples of the usual sensors leaves: m/s^2, and rad/s over the 5 ms of a step.

@@ -13,7 +13,7 @@ from infotraj.models import Model
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
-# s, of levels, and of steps between rows: the noise of a sum of steps does not grow with time
+# s, of levels, and of steps between rows, whose noise does not grow with the time between them
 WINDOW = {False: 0.05, True: 0.25}
 
 
@@ -21,8 +21,8 @@ class HeldOut:
     """Held-out flights, and the same without anything hidden, which give the noise floor.
 
     The error of a model: its residuals (specific force, change of rate, recorded attitude and velocity against the
-    IMU) as means over 50 ms or 0.25 s, squared and divided by the same mean square without hidden effects, averaged over the
-    axes. 1 is the floor. White noise of single samples would hide what a model of the motion is for.
+    IMU) as means over 50 ms or 0.25 s, squared and divided by the same mean square without hidden effects, averaged
+    over the axes. 1 is the floor. White noise of single samples would hide what a model of the motion is for.
     """
 
     def __init__(self, vehicle: Vehicle, flights: Sequence[Flight], floor: Sequence[Flight]) -> None:

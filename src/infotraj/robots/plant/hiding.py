@@ -151,7 +151,11 @@ def _servo_lag(truth: Truth, vehicle: Vehicle, values: Values) -> Truth:
     servo = truth.servos.dynamics
     if not isinstance(servo, Lag):
         raise InputError(problem("servo_lag beside second-order servos", "one of them", "Drop one."))
-    return _with(truth, "servos", dynamics=Lag(time_constant=servo.time_constant + values["extra_time_constant"]))
+    return _with(
+        truth,
+        "servos",
+        dynamics=servo.model_copy(update={"time_constant": servo.time_constant + values["extra_time_constant"]}),
+    )
 
 
 def _battery(truth: Truth, vehicle: Vehicle, values: Values) -> Truth:
