@@ -4,11 +4,22 @@ from __future__ import annotations
 
 import json
 import resource
+import signal
 import time
 from pathlib import Path
 
 from infotraj.diagnosis.command import diagnose_command
 from infotraj.errors import InfotrajError
+
+LIMIT = 120.0  # s of CPU for one diagnosis: ten times what it is meant to take
+
+
+class _TooLongError(Exception):
+    """A diagnosis took more than LIMIT."""
+
+
+def _too_long(signal_number: int, frame: object) -> None:
+    raise _TooLongError
 
 
 def diagnose_batch(*, flights: Path, answers: Path) -> None:
@@ -24,10 +35,16 @@ def diagnose_batch(*, flights: Path, answers: Path) -> None:
         arguments += ["--json", str(folder / "answer.json"), "--save-model", str(folder / "model.yaml")]
         status, said = 0, ""
         start, used = time.perf_counter(), _cpu()
+        signal.signal(signal.SIGPROF, _too_long)
+        signal.setitimer(signal.ITIMER_PROF, LIMIT)
         try:
             diagnose_command.main(arguments, prog_name="infotraj diagnose", standalone_mode=False)
         except InfotrajError as error:
             status, said = error.exit_status, str(error)
+        except _TooLongError:
+            status, said = 1, f"given up after {LIMIT:g} s of CPU"
+        finally:
+            signal.setitimer(signal.ITIMER_PROF, 0.0)
         spent = {"wall": time.perf_counter() - start, "cpu": _cpu() - used, "status": status, "error": said}
         (folder / "time.json").write_text(json.dumps(spent))
 
