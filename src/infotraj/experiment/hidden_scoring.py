@@ -76,9 +76,23 @@ def score_run(shown: Path, answer: Path, kept: Path) -> Score:
     oracle = _fitted(base, listed, training)
     score["error_oracle"] = held.error(oracle) if oracle is not None else None
     score.update(_names(run["effects"], score["groups"], rows, base, training, held, score["error_oracle"]))
+    if case["kind"] in ("cannot_show", "richer", "unlisted"):
+        score["right"] = _right_beyond(case["kind"], score)
     score["parameters"] = _parameters(run["effects"], rows, score["supported"])
     score["score_cpu"] = time.process_time() - start
     return score
+
+
+def _right_beyond(kind: str, score: Score) -> bool:
+    """Whether the answer is right about what has no name of its own.
+
+    Unlisted physics: flagged as unexplained, and nothing named. Richer physics: a nearest name, and no other. What
+    leaves no trace: nothing named.
+    """
+    if kind == "richer":
+        near = [bool(set(group) & set(score["nearest"])) for group in score["groups"]]
+        return bool(near) and all(near)
+    return not score["supported"] and (kind == "cannot_show" or score["unexplained"])
 
 
 def _names(
