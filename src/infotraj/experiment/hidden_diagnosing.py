@@ -14,8 +14,8 @@ from infotraj.errors import InfotrajError
 LIMIT = 120.0  # s of CPU for one diagnosis: ten times what it is meant to take
 
 
-class _TooLongError(Exception):
-    """A diagnosis took more than LIMIT."""
+class _TooLongError(BaseException):
+    """A diagnosis took more than LIMIT. No `except Exception` on the way may swallow it."""
 
 
 def _too_long(signal_number: int, frame: object) -> None:
