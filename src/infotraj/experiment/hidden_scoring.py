@@ -2,8 +2,8 @@
 
 An answer is right when each hidden effect is named, alone or in a group of at most 4 whose every member, fitted here in
 the effect's place on the flights of the diagnosis, comes within 5 % of the oracle's held-out error, and nothing else is
-named. The oracle is the model with the true effects, fitted; as the error to reach (not for members of groups, which are
-fitted in the same way) it takes the true parameters where they do better than the fit.
+named. The oracle is the model with the true effects, fitted; as the error to reach (not for members of groups, which
+are fitted in the same way) it takes the true parameters where they do better than the fit.
 """
 
 from __future__ import annotations
