@@ -10,7 +10,6 @@ import numpy as np
 from infotraj.control.gains import Gains
 from infotraj.control.tracking import TrackingController
 from infotraj.dynamics import response, rigid_body
-from infotraj.dynamics.actuators import body_wrench
 from infotraj.experiment.config import Learning
 from infotraj.experiment.learning import STEP, options
 from infotraj.flight import SPECIFIC_FORCE, Flight
@@ -44,10 +43,11 @@ class _WithForce:
     def __init__(self, instant: Instant, force: GaussianProcess) -> None:
         self._instant, self._force = instant, force
         self._scale = rigid_body.scale(instant.vehicle)
+        self._plain = Instant(Model(instant.vehicle))
 
     def accelerations(self, time: float, state: Array, rotor: Array, tilt: Array) -> Array:
         found = self._instant.accelerations(time, state, rotor, tilt)
-        command = body_wrench(self._instant.vehicle, rotor, tilt) / self._scale
+        command = self._plain.wrench(rotor, tilt) / self._scale
         found[:3] += self._force.mean(command[None])[0]
         return found
 

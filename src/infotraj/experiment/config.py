@@ -110,7 +110,9 @@ class ClosedLoop(_Strict):
 
     folder: str = Field("config/closed_loop", description="a folder a case: truth.yaml and oracle.yaml")
     cases: tuple[str, ...] = Field(
-        ("com_offset", "rotor_effectiveness", "linear_drag", "com_offset_and_linear_drag"), min_length=1
+        ("com_offset", "rotor_effectiveness", "linear_drag", "com_offset_and_linear_drag"),
+        min_length=1,
+        description="hidden effects, folders of `folder`",
     )
     wrong: dict[str, tuple[str, ...]] = Field(
         {
@@ -128,7 +130,7 @@ class ClosedLoop(_Strict):
     test_duration: Positive = Field(20.0, description="s, the reference that every controller flies")
     place: Positive = Field(0.8, description="m, size of the motion in place")
     angle_deg: Positive = Field(25.0, description="deg, size of roll and pitch")
-    points: tuple[Count, ...] = Field((5, 10, 20, 40, 80), min_length=1, description="points of the Gaussian process")
+    points: tuple[Count, ...] = Field((5, 10, 20, 40), min_length=1, description="points of the Gaussian process")
 
 
 class ExperimentConfig(_Strict):

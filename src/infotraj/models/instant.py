@@ -72,6 +72,12 @@ class Instant:
         angular = body.angular_acceleration(self._body, force, torque, rate)
         return np.concatenate([body.specific_force(self._body, force, rate, angular)[0], angular[0]])
 
+    def wrench(self, rotor: Array, tilt: Array) -> Array:
+        """The rotors' own wrench (6,), N and N m about the body's origin, body axes, as the vehicle file has it."""
+        actuation = Actuation(rotor[None], self._still[0], tilt[None], self._still[1])
+        along = Along(self.vehicle, Motion(np.zeros(1), None, None, None, None, None), actuation)
+        return self._rotor_wrench(along.nominal_thrust, self._ratio, actuation)[0]
+
     @staticmethod
     def _check(effect: Effect) -> None:
         what = None
