@@ -52,7 +52,9 @@ class _WithForce:
         return found
 
 
-def controller(model: Model, reference: Reference, gains: Gains, residual: Residual | None = None) -> TrackingController:
+def controller(
+    model: Model, reference: Reference, gains: Gains, residual: Residual | None = None
+) -> TrackingController:
     """The controller that inverts the model with its effects, and what was learned beside it."""
     instant = Instant(model)
     if residual is None:

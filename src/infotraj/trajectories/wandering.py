@@ -12,9 +12,7 @@ _RISE = 1.5  # s from rest to the full size, and back
 _HEIGHT = 1.5  # m
 
 
-def wandering(
-    duration: float, place: float, angle: float, rng: np.random.Generator, dt: float = 0.01
-) -> Reference:
+def wandering(duration: float, place: float, angle: float, rng: np.random.Generator, dt: float = 0.01) -> Reference:
     """Two sines an axis with random phases and frequencies, under a window that starts and ends at rest.
 
     duration (s); place (m): size of the motion along x and y, half of it along z; angle (rad): size of roll and pitch,
