@@ -220,7 +220,7 @@ def _folds(data: Regression) -> list[tuple[Array, Array]]:
 
 
 def _one_standard_error(errors: Array) -> int:
-    """The first (sparsest) setting whose mean error is within one standard error of the best; errors (folds, settings)."""
+    """The first (sparsest) setting whose mean is within one standard error of the best; errors (folds, settings)."""
     mean = errors.mean(axis=0)
     best = int(np.argmin(mean))
     spread = errors[:, best].std(ddof=1) / np.sqrt(len(errors)) if len(errors) > 1 else 0.0

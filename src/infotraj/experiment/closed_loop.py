@@ -133,7 +133,7 @@ def _plant(config: ExperimentConfig, truth: Path) -> Robot:
 def _reference(config: ExperimentConfig, case: str, seed: int, purpose: str, duration: float) -> Reference:
     chosen: ClosedLoop = config.closed_loop
     rng = generator(config.base_seed, "closed loop", case, seed, f"reference {purpose}")
-    return wandering(duration, chosen.place, np.radians(chosen.angle_deg), rng, config.sample_time)
+    return wandering(duration, chosen.place, np.radians(chosen.angle_deg), rng, config.sample_time, chosen.tempo)
 
 
 def _test_reference(config: ExperimentConfig, case: str, seed: int) -> Reference:

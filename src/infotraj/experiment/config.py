@@ -128,9 +128,10 @@ class ClosedLoop(_Strict):
     fit_flights: Count = Field(3, description="flights with the nominal model, to diagnose and to learn from")
     fit_duration: Positive = Field(12.0, description="s")
     test_duration: Positive = Field(20.0, description="s, the reference that every controller flies")
-    place: Positive = Field(0.8, description="m, size of the motion in place")
+    place: Positive = Field(1.6, description="m, size of the motion in place")
+    tempo: Positive = Field(0.5, description="of the motion in place: slow, so that the actuators' lags cost little")
     angle_deg: Positive = Field(25.0, description="deg, size of roll and pitch")
-    points: tuple[Count, ...] = Field((5, 10, 20, 40), min_length=1, description="points of the Gaussian process")
+    points: tuple[Count, ...] = Field((5, 10, 40), min_length=1, description="points of the Gaussian process")
 
 
 class ExperimentConfig(_Strict):
