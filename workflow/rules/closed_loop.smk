@@ -115,6 +115,7 @@ rule closed_loop_summary:
 rule story:
     input:
         flight=f"{LOOP_SHOWN}/nominal.parquet",
+        flights=[f"{LOOP_SHOWN}/flights/fit_{k}.parquet" for k in range(CONFIG.closed_loop.fit_flights)],
         model=f"{LOOP_SHOWN}/right.yaml",
         numbers=f"{LOOP_SHOWN}/diagnosis.json",
         fall=f"{LOOP_SHOWN}/fall.csv",

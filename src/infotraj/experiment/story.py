@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,54 +12,75 @@ import pandas as pd
 from infotraj.comparing.equation_error import AXES, equation_error
 from infotraj.experiment.closed_loop_summary import RESAMPLES
 from infotraj.experiment.config import ExperimentConfig
-from infotraj.flight import read_flight
+from infotraj.flight import Flight, read_flight
 from infotraj.locating.locating import locate
+from infotraj.locating.places import Place as Located
+from infotraj.locating.quantities import quantities
 from infotraj.models import Model, load_model
 from infotraj.rotations import Array
 
 _SECONDS = 8.0  # of the flight are drawn
 _RANKED = 7  # effects are drawn
-_BINS = 12
 
 
 def story(
-    config: ExperimentConfig, *, flight: Path, model: Path, numbers: Path, fall: Path, runs: Path, png: Path, pdf: Path
+    config: ExperimentConfig,
+    *,
+    flight: Path,
+    flights: Sequence[Path],
+    model: Path,
+    numbers: Path,
+    fall: Path,
+    runs: Path,
+    png: Path,
+    pdf: Path,
 ) -> None:
-    """Draws the figure for the case that the configuration shows: a flight that no fit saw, with the model as given and
-    with the named effects; the diagnosis and the fall of its held-out error; all seeds of the case flown again.
+    """Draws the figure for the case that the configuration shows.
+
+    flight: one that no fit saw, with the model as given and with the named effects; flights: those that the diagnosis
+    was given, and where the model fails on them; the diagnosis and the fall of its held-out error; all seeds of the
+    case flown again.
     """
     from infotraj.plots.story import Fall, Flown, Place, Ranking, Story, Wrench, draw  # late: matplotlib
 
     named, recorded = load_model(model), read_flight(flight)
     given = Model(named.vehicle)
     before, after = equation_error(given, recorded), equation_error(named, recorded)
-    place = next(p for p in locate(given, [recorded]).places if p.axis[0] == "t")
-    axis = AXES.index(place.axis)
+    learned = [read_flight(path) for path in flights]
+    # The place that explains most of its axis, in the flights that the diagnosis was given.
+    place = max(locate(given, learned).places, key=lambda p: p.explained)
+    steps = pd.read_csv(fall)
+    labels = list(dict.fromkeys(steps["step"]))
+    torque = _most_changed(steps, labels, "t")
+    axis = AXES.index(torque)
     until = recorded.t[0] + 4.0 + _SECONDS
     shown = (before.t >= recorded.t[0] + 4.0) & (before.t <= until)
     unit = before.unit["torque"]
     wrench = Wrench(
         before.t[shown], before.measured[shown, axis], before.predicted[shown, axis], after.predicted[shown, axis],
-        place.axis, unit,
+        torque, unit,
     )  # fmt: skip
-    found = locate_values(place.quantity.values, before.residual[:, axis], after.residual[:, axis])
-    where = Place(*found, place.axis, unit, place.quantity.name, place.quantity.unit)
+    where = Place(
+        *_at_place(place, given, named, learned), place.axis, place.unit, place.quantity.name, place.quantity.unit
+    )
     effects = [e for e in json.loads(Path(numbers).read_text())["effects"] if e["rise"] is not None]
     effects.sort(key=lambda e: -e["rise"])
     first = effects[:_RANKED]
     ranking = Ranking([e["name"] for e in first], np.array([e["rise"] for e in first]), [e["verdict"] for e in first])
-    steps = pd.read_csv(fall)
-    labels = list(dict.fromkeys(steps["step"]))
     force = _most_changed(steps, labels[-2:] if len(labels) > 1 else labels, "f")
-    down = Fall(labels, {a: _over_floor(steps, labels, a) for a in (place.axis, force)})
+    down = Fall(labels, {a: _over_floor(steps, labels, a) for a in (torque, force)})
     draw(Story(wrench, where, ranking, down, _flown(config, pd.read_csv(runs), Flown)), png, pdf)
 
 
-def locate_values(quantity: Array, before: Array, after: Array) -> tuple[Array, Array, Array]:
-    """Quantity and both residuals at the rows that hold all three, (n,) each."""
-    rows = min(len(quantity), len(before))
-    parts = np.stack([quantity[:rows], before[:rows], after[:rows]])
-    return tuple(parts[:, np.isfinite(parts).all(axis=0)])
+def _at_place(place: Located, given: Model, named: Model, flights: Sequence[Flight]) -> tuple[Array, Array, Array]:
+    """The place's quantity and the residuals of both models there, at the rows of all flights that hold all three."""
+    axis, parts = AXES.index(place.axis), []
+    for flight in flights:
+        errors = [equation_error(m, flight) for m in (given, named)]
+        known = {q.name: q for q in quantities(flight, given.vehicle, errors[0].window)}
+        part = np.stack([known[place.quantity.name].values, *(e.residual[:, axis] for e in errors)])
+        parts.append(part[:, np.isfinite(part).all(axis=0)])
+    return tuple(np.concatenate(parts, axis=1))
 
 
 def _most_changed(steps: pd.DataFrame, labels: list[str], kind: str) -> str:

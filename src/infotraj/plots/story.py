@@ -165,7 +165,7 @@ def _fall(panel: Axes, f: Fall) -> None:
         label = _word(axis)
         panel.errorbar(place, value, yerr=around, color=color, marker=marker, ms=4.5, mec="white", mew=0.5, label=label)
     panel.axhline(1.0, color=style.VERMILION, lw=1.0, ls="--")
-    panel.text(place[-1] + 0.35, 1.06, "noise floor", color=style.VERMILION, ha="right", va="bottom", fontsize=8.0)
+    panel.text(-0.3, 1.08, "noise floor", color=style.VERMILION, ha="left", va="bottom", fontsize=8.0)
     panel.set_yscale("log")
     top = max(v[2].max() for v in f.axes.values())
     panel.set_ylim(0.7, top * 4.0)

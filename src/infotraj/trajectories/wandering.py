@@ -17,9 +17,9 @@ def wandering(
 ) -> Reference:
     """Two sines an axis with random phases and frequencies, under a window that starts and ends at rest.
 
-    duration (s); place (m): size of the motion along x and y, half of it (0.6 m at most) along z; angle (rad): size of roll and pitch,
-    twice it in yaw; dt (s); tempo: of the motion in place, 1 being as fast as that in attitude (1.1 to 1.9 rad/s, and
-    2.4 to 3.6 rad/s with a third of the size).
+    duration (s); place (m): size of the motion along x and y, half of it (0.6 m at most) along z; angle (rad): size of
+    roll and pitch, twice it in yaw; dt (s); tempo: of the motion in place, 1 being as fast as that in attitude (1.1 to
+    1.9 rad/s, and 2.4 to 3.6 rad/s with a third of the size).
     """
     t = dt * np.arange(round(duration / dt) + 1)
     rise = np.clip(np.minimum(t, duration - t) / _RISE, 0.0, 1.0)
