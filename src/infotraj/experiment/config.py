@@ -126,12 +126,12 @@ class ClosedLoop(_Strict):
     shown: str = Field("com_offset_and_linear_drag", description="the case of the story's figure (its first seed)")
     seeds: Count = Field(10, description="repetitions: references and noise")
     fit_flights: Count = Field(3, description="flights with the nominal model, to diagnose and to learn from")
-    fit_duration: Positive = Field(12.0, description="s")
-    test_duration: Positive = Field(20.0, description="s, the reference that every controller flies")
+    fit_duration: Positive = Field(10.0, description="s")
+    test_duration: Positive = Field(16.0, description="s, the reference that every controller flies")
     place: Positive = Field(1.6, description="m, size of the motion in place")
     tempo: Positive = Field(0.5, description="of the motion in place: slow, so that the actuators' lags cost little")
     angle_deg: Positive = Field(25.0, description="deg, size of roll and pitch")
-    points: tuple[Count, ...] = Field((5, 10, 40), min_length=1, description="points of the Gaussian process")
+    points: tuple[Count, ...] = Field((10, 40), min_length=1, description="points of the Gaussian process")
 
 
 class ExperimentConfig(_Strict):
