@@ -16,6 +16,7 @@ rule closed_loop:
     input:
         "results/closed_loop/summary.md",
         "results/figures/story.png",
+        "results/figures/points_needed.png",
 
 
 rule closed_loop_fly:
@@ -140,3 +141,50 @@ rule story:
         settings=settings("closed_loop"),
     script:
         "../scripts/story.py"
+
+
+rule closed_loop_points:
+    input:
+        vehicle=CONFIG.vehicle,
+        flights=LOOP_FLIGHTS,
+        test=f"{LOOP}/nominal.parquet",
+        right=f"{LOOP}/right.yaml",
+    output:
+        table=f"{LOOP}/points.csv",
+    log:
+        f"{LOOP_LOG}/points.log",
+    benchmark:
+        f"{LOOP_BENCHMARK}/points.tsv"
+    threads: 1
+    resources:
+        mem_mb=700,
+    params:
+        code=code("closed_loop"),
+        settings=settings("vehicle", "base_seed", "learning", "closed_loop"),
+    script:
+        "../scripts/closed_loop_points.py"
+
+
+rule points_needed:
+    input:
+        tables=expand(f"{LOOP}/points.csv", case=CONFIG.closed_loop.cases, seed=range(CONFIG.closed_loop.curve_seeds)),
+    output:
+        table="results/closed_loop/points.csv",
+        png=report(
+            "results/figures/points_needed.png",
+            category="Hidden effects",
+            caption="../report/closed_loop.rst",
+            labels={"what": "points that a Gaussian process needs"},
+        ),
+        pdf="results/figures/points_needed.pdf",
+    log:
+        "results/logs/closed_loop/points_needed.log",
+    benchmark:
+        "results/benchmarks/closed_loop/points_needed.tsv"
+    threads: 1
+    resources:
+        mem_mb=500,
+    params:
+        code=code("story"),
+    script:
+        "../scripts/points_needed.py"

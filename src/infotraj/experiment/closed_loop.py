@@ -106,22 +106,43 @@ def fly_again(
     write_table(pd.DataFrame(rows), table)
 
 
+def points_needed(
+    config: ExperimentConfig, case: str, seed: int, *, flights: Sequence[Path], test: Path, right: Path, table: Path
+) -> None:
+    """What a Gaussian process leaves of the held-out flight, with and without the named effects, by its points (0: the
+    model alone): a row each, force in m/s^2 and torque in rad/s^2."""
+    named, held_out = load_model(right), read_flight(test)
+    flown = [read_flight(path) for path in flights]
+    rows = []
+    for name, model in {"gp": Model(named.vehicle), "both": named}.items():
+        data = residual_data(model, flown, config.learning)
+        for points in (0, *config.closed_loop.curve):
+            rng = generator(config.base_seed, "closed loop", case, seed, f"learn {name}", points)
+            residual = learn(data, points, config.learning, rng) if points else None
+            row = {"case": case, "seed": seed, "controller": name, "points": points}
+            rows.append(row | _left(model, residual, held_out, config))
+    write_table(pd.DataFrame(rows), table)
+
+
 def _row(case, seed, name, points, flight, model, residual, held_out, config) -> dict[str, object]:
     """Tracking error of the flight (NaN where it was lost): position and rotors in m, attitude in rad; and what the
     model leaves of the held-out flight that the nominal controller flew: force in m/s^2, torque in rad/s^2."""
     vehicle = model.vehicle
     found = None if flight is None else pose_error(flight, vehicle)
-    data = residual_data(model, [held_out], config.learning)
-    left = data.outputs - (0.0 if residual is None else residual.mean(data.inputs))
     return {
         "case": case, "seed": seed, "controller": name, "points": points,
         "effects": "+".join(e.name for e in model.effects),
         "position": np.nan if found is None else found.position,
         "attitude": np.nan if found is None else found.attitude,
         "rotors": np.nan if found is None else found.rotors,
-        "force_left": float(np.sqrt(np.mean(left[:, :3] ** 2))),
-        "torque_left": float(np.sqrt(np.mean(left[:, 3:] ** 2))),
-    }  # fmt: skip
+    } | _left(model, residual, held_out, config)  # fmt: skip
+
+
+def _left(model: Model, residual: Residual | None, held_out: Flight, config: ExperimentConfig) -> dict[str, float]:
+    data = residual_data(model, [held_out], config.learning)
+    left = data.outputs - (0.0 if residual is None else residual.mean(data.inputs))
+    force, torque = (float(np.sqrt(np.mean(part**2))) for part in (left[:, :3], left[:, 3:]))
+    return {"force_left": force, "torque_left": torque}
 
 
 def _plant(config: ExperimentConfig, truth: Path) -> Robot:

@@ -131,7 +131,9 @@ class ClosedLoop(_Strict):
     place: Positive = Field(1.6, description="m, size of the motion in place")
     tempo: Positive = Field(0.5, description="of the motion in place: slow, so that the actuators' lags cost little")
     angle_deg: Positive = Field(25.0, description="deg, size of roll and pitch")
-    points: tuple[Count, ...] = Field((10, 40), min_length=1, description="points of the Gaussian process")
+    points: tuple[Count, ...] = Field((10, 40), min_length=1, description="points of the Gaussian process, flown")
+    curve: tuple[Count, ...] = Field((5, 10, 20, 40, 80), min_length=1, description="points, learned and not flown")
+    curve_seeds: Count = Field(3, description="seeds of that curve")
 
 
 class ExperimentConfig(_Strict):

@@ -12,6 +12,7 @@ import pandas as pd
 from infotraj.comparing.equation_error import AXES, equation_error
 from infotraj.experiment.closed_loop_summary import RESAMPLES
 from infotraj.experiment.config import ExperimentConfig
+from infotraj.experiment.tables import gather
 from infotraj.flight import Flight, read_flight
 from infotraj.locating.locating import locate
 from infotraj.locating.places import Place as Located
@@ -69,7 +70,15 @@ def story(
     ranking = Ranking([e["name"] for e in first], np.array([e["rise"] for e in first]), [e["verdict"] for e in first])
     force = _most_changed(steps, labels[-2:] if len(labels) > 1 else labels, "f")
     down = Fall(labels, {a: _over_floor(steps, labels, a) for a in (torque, force)})
-    draw(Story(wrench, where, ranking, down, _flown(config, pd.read_csv(runs), Flown)), png, pdf)
+    draw(Story(wrench, where, ranking, down, _flown(config, pd.read_csv(runs), Flown)), Path(png), Path(pdf))
+
+
+def draw_points(*, tables: Sequence[Path], table: Path, png: Path, pdf: Path) -> None:
+    """Writes the rows of all tables below each other and draws what is left against the number of points."""
+    from infotraj.plots.points_needed import points_needed  # late: matplotlib
+
+    gather(tables=tables, table=table)
+    points_needed(pd.read_csv(table), Path(png), Path(pdf))
 
 
 def _at_place(place: Located, given: Model, named: Model, flights: Sequence[Flight]) -> tuple[Array, Array, Array]:

@@ -92,13 +92,15 @@ def draw(story: Story, *paths: Path) -> None:
 def _drawn(story: Story) -> Figure:
     mpl.rcParams["savefig.dpi"] = _DPI  # inside the style's own context
     figure = style.figure(_WIDTH, _HEIGHT)
-    grid = figure.add_gridspec(2, 12, height_ratios=[1.0, 1.15])
-    _wrench(figure.add_subplot(grid[0, :7]), story.wrench)
-    _place(figure.add_subplot(grid[0, 7:]), story.place)
-    _ranking(figure.add_subplot(grid[1, :4]), story.ranking)
-    _fall(figure.add_subplot(grid[1, 4:7]), story.fall)
-    _flown(figure.add_subplot(grid[1, 7:]), story.flown)
-    figure.get_layout_engine().set(wspace=0.03, hspace=0.06)
+    # Rows of their own: the long labels below shall not push the panels above apart.
+    above, below = figure.subfigures(2, 1, height_ratios=[1.0, 1.2])
+    first, second = above.subplots(1, 2, width_ratios=[1.7, 1.0])
+    _wrench(first, story.wrench)
+    _place(second, story.place)
+    third, fourth, fifth = below.subplots(1, 3, width_ratios=[1.15, 0.95, 1.3])
+    _ranking(third, story.ranking)
+    _fall(fourth, story.fall)
+    _flown(fifth, story.flown)
     return figure
 
 
@@ -186,13 +188,14 @@ def _flown(panel: Axes, flown: Sequence[Flown]) -> None:
         panel.plot(f.values, k + offsets, ".", color=style.INK, ms=2.5, mew=0, alpha=0.6)
         around = [[f.mean - f.low], [f.high - f.mean]]
         panel.errorbar(f.mean, k, xerr=around, fmt="none", ecolor=style.INK, elinewidth=1.0)
+        panel.text(max(f.high, f.values.max()) + 3.0, k, f"{f.mean:.0f}", va="center", fontsize=8.0)
     best = [f for f in flown if f.kind == "oracle"]
     if best:
         panel.axvline(best[0].mean, color=style.INK, lw=0.9, ls="--")
     panel.set_yticks(np.arange(len(bars)), [f.label for f in bars])
     panel.invert_yaxis()
     panel.grid(axis="y", visible=False)
-    panel.set_xlim(0.0, None)
+    panel.set_xlim(0.0, 1.15 * max(max(f.high, f.values.max()) for f in bars))
     panel.set_xlabel("Distance of the rotors from the reference\n(mm RMS; dashed: with the true effects)")
 
 
