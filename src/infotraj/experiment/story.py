@@ -54,8 +54,9 @@ def story(
     labels = list(dict.fromkeys(steps["step"]))
     torque = _most_changed(steps, labels, "t")
     axis = AXES.index(torque)
-    until = recorded.t[0] + 4.0 + _SECONDS
-    shown = (before.t >= recorded.t[0] + 4.0) & (before.t <= until)
+    held = np.flatnonzero(before.scored[:, axis] & after.scored[:, axis])
+    begin = max(before.t[held[0]], min(recorded.t[0] + 4.0, before.t[held[-1]] - _SECONDS))
+    shown = held[(before.t[held] >= begin) & (before.t[held] <= begin + _SECONDS)]
     unit = before.unit["torque"]
     wrench = Wrench(
         before.t[shown], before.measured[shown, axis], before.predicted[shown, axis], after.predicted[shown, axis],

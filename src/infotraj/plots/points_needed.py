@@ -7,12 +7,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from infotraj.plots import style
 
 _LOOKS = {
     "gp": ("Gaussian process alone", style.ORANGE, "s"),
-    "both": ("named effects and Gaussian process", style.BLUE, "o"),
+    "both": ("Named effects and Gaussian process", style.BLUE, "o"),
 }
 _ROWS = {
     "torque_left": "Angular acceleration\nleft (rad/s$^2$ RMS)",
@@ -36,16 +37,18 @@ def _drawn(rows: pd.DataFrame) -> Figure:
     points = sorted(rows["points"].unique())
     place = {p: k for k, p in enumerate(points)}
     for column, case in enumerate(cases):
-        panels[0, column].set_title(case.replace("_", " "))
+        words = case.replace("_", " ")
+        panels[0, column].set_title(words[0].upper() + words[1:])
         for row, (name, label) in enumerate(_ROWS.items()):
             panel = panels[row, column]
-            for controller, (words, color, marker) in _LOOKS.items():
+            for controller, (meaning, color, marker) in _LOOKS.items():
                 part = rows[(rows["case"] == case) & (rows["controller"] == controller)]
                 found = part.groupby("points")[name].agg(["mean", "min", "max"])
                 x = np.array([place[p] for p in found.index])
                 around = [found["mean"] - found["min"], found["max"] - found["mean"]]
-                panel.errorbar(x, found["mean"], yerr=around, color=color, marker=marker, ms=4, label=words)
+                panel.errorbar(x, found["mean"], yerr=around, color=color, marker=marker, ms=4, label=meaning)
             panel.set_yscale("log")
+            panel.yaxis.set_minor_formatter(NullFormatter())
             panel.set_xticks(range(len(points)), [str(p) for p in points])
             if column == 0:
                 panel.set_ylabel(label)
