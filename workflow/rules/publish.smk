@@ -7,6 +7,8 @@ rule publish:
         table_1="results/table_1.md",
         figures=[figure.replace(".pdf", ".png") for figure in FIGURES],
         pool=POOL[0] if HAS_POOL else [],
+        story="results/figures/story.png",
+        points="results/figures/points_needed.png",
     output:
         folder=directory("docs/results"),
     log:
