@@ -13,6 +13,10 @@ include: "workflow/rules/study.smk"
 include: "workflow/rules/pool.smk"
 include: "workflow/rules/real_names.smk"
 include: "workflow/rules/real_flights.smk"
+include: "workflow/rules/hidden_names.smk"
+include: "workflow/rules/hidden_effects.smk"
+include: "workflow/rules/closed_loop.smk"
+include: "workflow/rules/baselines.smk"
 include: "workflow/rules/recordings.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/publish.smk"
@@ -22,6 +26,7 @@ rule all:
     default_target: True
     input:
         results(),
+        hidden_results() if CONFIG.hidden_effects.with_all else [],
 
 
 onerror:

@@ -7,6 +7,8 @@ rule publish:
         table_1="results/table_1.md",
         figures=[figure.replace(".pdf", ".png") for figure in FIGURES],
         pool=POOL[0] if HAS_POOL else [],
+        story="results/figures/story.png",
+        points="results/figures/points_needed.png",
     output:
         folder=directory("docs/results"),
     log:
@@ -18,3 +20,22 @@ rule publish:
         mem_mb=100,
     shell:
         "mkdir -p {output.folder} && cp {input} {output.folder}/ 2> {log}"
+
+
+rule publish_hidden_effects:
+    input:
+        markdown=rules.hidden_summary.output.markdown,
+        tables=rules.hidden_summary.output.tables,
+        figures=rules.hidden_summary.output.figures,
+    output:
+        folder=directory("docs/results/hidden_effects"),
+    log:
+        "results/logs/publish_hidden_effects.log",
+    benchmark:
+        "results/benchmarks/publish_hidden_effects.tsv"
+    threads: 1
+    resources:
+        mem_mb=100,
+    shell:
+        "(mkdir -p {output.folder} && cp {input.markdown} {input.figures}/*.png {output.folder}/"
+        " && cd {input.tables} && cp cases.csv confusion.csv coverage.csv curves.csv $OLDPWD/{output.folder}/) 2> {log}"

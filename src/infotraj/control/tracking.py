@@ -8,6 +8,7 @@ import pandas as pd
 from infotraj.control.demand import demand
 from infotraj.control.gains import Gains
 from infotraj.control.inversion import invert
+from infotraj.control.response import Response, invert_response
 from infotraj.dynamics import rigid_body
 from infotraj.dynamics.allocation import Allocation
 from infotraj.residual.gaussian_process import GaussianProcess
@@ -32,11 +33,17 @@ def states(reference: Reference) -> Array:
 class TrackingController:
     """Tracks `reference` with the model h + mu; `process` None means the first-principles model alone.
 
-    `command` returns the wrench (6,) N and N m, the rotor speeds (rad/s) and tilts (rad) for sample k.
+    response: what a richer model than h says the vehicle does (h with named effects); it is inverted in the place of
+    h. `command` returns the wrench (6,) N and N m, the rotor speeds (rad/s) and tilts (rad) for sample k.
     """
 
     def __init__(
-        self, vehicle: Vehicle, reference: Reference, process: GaussianProcess | None = None, gains: Gains | None = None
+        self,
+        vehicle: Vehicle,
+        reference: Reference,
+        process: GaussianProcess | None = None,
+        gains: Gains | None = None,
+        response: Response | None = None,
     ) -> None:
         self.period = reference.dt
         self._vehicle = vehicle
@@ -47,6 +54,7 @@ class TrackingController:
         self._t = reference.t
         self._process = (process or no_residual()).mean_arrays
         self._gains = gains or Gains()
+        self._response = response
         self._state = np.empty(13)
         self._command = np.empty(6)
         self.reset()
@@ -55,6 +63,7 @@ class TrackingController:
         """Forgets the integrals and the record of the last flight."""
         self._integral = np.zeros(6)
         self._correction = np.zeros(3)
+        self._offset = np.zeros(6)
         self._demand = np.full((len(self._t), 6), np.nan)
 
     def command(self, k: int, estimate) -> tuple[Array, Array, Array]:
@@ -73,10 +82,33 @@ class TrackingController:
             self._integral,
             wanted,
         )
-        invert(wanted, self._process, self._gains.max_correction, self._correction, self._command)
+        if self._response is None:
+            invert(wanted, self._process, self._gains.max_correction, self._correction, self._command)
+        else:
+            self._invert_response(self._t[k], state, wanted)
         wrench = self._command * self._scale
         rotor_speed, tilt = self._allocation.actuators(wrench)
         return wrench, rotor_speed, tilt
+
+    def _invert_response(self, time: float, state: Array, wanted: Array) -> None:
+        rate = state[10:]
+        asked = wanted.copy()
+        # The demand holds the gyroscopic torque that h needs; the response knows its own.
+        asked[3:] -= np.cross(rate, self._inertia @ rate) / self._scale[3:]
+        invert_response(
+            wanted,
+            asked,
+            time,
+            state,
+            self._response,
+            self._allocation,
+            self._scale,
+            self._process,
+            self._gains.max_correction,
+            self._offset,
+            self._correction,
+            self._command,
+        )
 
     def record(self) -> pd.DataFrame:
         """The demand of each sample: t (s), then DEMAND in m/s^2 and rad/s^2, gyroscopic torque and weight included."""

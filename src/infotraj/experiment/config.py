@@ -105,6 +105,48 @@ class Pool(_Strict):
     seeds: Count = Field(5, description="repetitions of the subsets and the hyperparameter search")
 
 
+class HiddenEffects(_Strict):
+    """The hidden-effect study: does the diagnosis name what is hidden?"""
+
+    study: str = Field("config/studies/hidden_effects.yaml", description="what is hidden, and how often")
+    only: tuple[str, ...] = Field((), description="patterns of case names, such as omav/single/*; none: all cases")
+    seeds: Count | None = Field(None, description="at most so many runs a case; null: as many as the study says")
+    with_all: bool = Field(
+        False, description="whether the default target makes the study too, not only `hidden_effects`"
+    )
+
+
+class ClosedLoop(_Strict):
+    """Flights with a hidden effect, flown again with what the diagnosis named."""
+
+    folder: str = Field("config/closed_loop", description="a folder a case: truth.yaml and oracle.yaml")
+    cases: tuple[str, ...] = Field(
+        ("com_offset", "rotor_effectiveness", "linear_drag", "com_offset_and_linear_drag"),
+        min_length=1,
+        description="hidden effects, folders of `folder`",
+    )
+    wrong: dict[str, tuple[str, ...]] = Field(
+        {
+            "com_offset": ("steady_torque", "rotor_effectiveness:5"),
+            "rotor_effectiveness": ("thrust_scale", "com_offset"),
+            "linear_drag": ("steady_force", "axial_inflow"),
+            "com_offset_and_linear_drag": ("steady_torque+steady_force", "mass_offset+inertia_error"),
+        },
+        description="wrong names a case, each fitted to the same flights; + joins names that are fitted together",
+    )
+    shown: str = Field("com_offset_and_linear_drag", description="the case of the story's figure (its first seed)")
+    seeds: Count = Field(10, description="repetitions: references and noise")
+    fit_flights: Count = Field(3, description="flights with the nominal model, to diagnose and to learn from")
+    fit_duration: Positive = Field(10.0, description="s")
+    test_duration: Positive = Field(16.0, description="s, the reference that every controller flies")
+    place: Positive = Field(1.6, description="m, size of the motion in place")
+    tempo: Positive = Field(0.5, description="of the motion in place: slow, so that the actuators' lags cost little")
+    angle_deg: Positive = Field(25.0, description="deg, size of roll and pitch")
+    points: tuple[Count, ...] = Field((10, 40), min_length=1, description="points of the Gaussian process, flown")
+    curve: tuple[Count, ...] = Field((5, 10, 20, 40, 80), min_length=1, description="points, learned and not flown")
+    curve_seeds: Count = Field(3, description="seeds of that curve")
+
+
 class ExperimentConfig(_Strict):
     """Everything that the workflow's rules read."""
 
@@ -132,6 +174,8 @@ class ExperimentConfig(_Strict):
     gains: Gains = Gains()
     data_dir: str | None = Field(None, description="folder of the real flights where INFOTRAJ_DATA is not set")
     pool: Pool = Pool()
+    hidden_effects: HiddenEffects = HiddenEffects()
+    closed_loop: ClosedLoop = ClosedLoop()
 
 
 def load(content: Mapping[str, object] | None, source: str = "config") -> ExperimentConfig:

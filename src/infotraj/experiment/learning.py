@@ -12,13 +12,13 @@ from infotraj.residual.learning_data import LearningData, learning_data
 from infotraj.residual.subset import k_medoids
 from infotraj.vehicle import Vehicle
 
-_STEP = 4  # rows; the window of 0.15 s leaves little new between rows of a 200 Hz log
+STEP = 4  # rows; the window of 0.15 s leaves little new between rows of a 200 Hz log
 
 
 def data_of(flight: Flight, vehicle: Vehicle, learning: Learning) -> LearningData:
     """The flight's inputs and outputs, thinned to what a subset may be chosen from."""
     data = learning_data(flight, vehicle, response_of_model=learning.response_of_model, window=learning.window)
-    return LearningData(data.t[::_STEP], data.inputs[::_STEP], data.outputs[::_STEP])
+    return LearningData(data.t[::STEP], data.inputs[::STEP], data.outputs[::STEP])
 
 
 def learn(

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from infotraj.robots.plant import rotor_moments, thrust_changes
 from infotraj.robots.plant.truth import Truth
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
@@ -24,6 +25,11 @@ ROTOR = np.dtype(
         ("radius", "f8"),  # m
         ("arm", "i8"),  # rotors of one arm do not stand in each other's wake (that is the coaxial loss)
         ("tilt", "i8"),  # -1: fixed
+        ("before", "i8"),  # tilts of the arms beside it, clockwise and counter-clockwise; -1: none
+        ("after", "i8"),
+        ("inertia", "f8"),  # kg m^2
+        ("factor", "f8"),  # of the thrust, at this instant
+        ("memory", "f8"),  # of the hysteresis, -1..1
     ]
 )
 
@@ -36,6 +42,13 @@ AIR = np.dtype(
         ("linear_drag", "f8", (3,)),
         ("quadratic_drag", "f8", (3,)),
         ("angular_damping", "f8", (3,)),
+        ("ground_effect", "f8"),
+        ("tilt_interference", "f8"),
+        ("flapping", "f8"),  # s/m
+        ("hub_stiffness", "f8"),  # m
+        ("hysteresis", "f8"),
+        ("hysteresis_half_width", "f8"),  # rad/s
+        ("supply", "f8"),  # of the thrust, by the battery, at this instant
     ]
 )
 
@@ -54,7 +67,18 @@ def rotor_table(vehicle: Vehicle, truth: Truth) -> np.ndarray:
         row["radius"] = rotor.radius or 0.0
         row["tilt"] = -1 if rotor.tilt is None else rotor.tilt
         row["arm"] = i + len(vehicle.tilts) if rotor.tilt is None else rotor.tilt
+        row["before"], row["after"] = neighbours(vehicle, rotor.tilt)
+        row["inertia"], row["factor"] = truth.rotors.inertia, 1.0
     return table
+
+
+def neighbours(vehicle: Vehicle, tilt: int | None) -> tuple[int, int]:
+    """The tilts whose arms stand next to that of `tilt`, clockwise and counter-clockwise from above; -1: none."""
+    if tilt is None or len(vehicle.tilts) < 2:
+        return -1, -1
+    angles = [float(np.arctan2(t.axis[1], t.axis[0])) for t in vehicle.tilts]
+    ahead = [((a - angles[tilt]) % (2 * np.pi), i) for i, a in enumerate(angles) if i != tilt]
+    return max(ahead)[1], min(ahead)[1]
 
 
 def air_table(truth: Truth) -> np.ndarray:
@@ -65,6 +89,12 @@ def air_table(truth: Truth) -> np.ndarray:
     table["axial_inflow"], table["rotor_drag"] = air.axial_inflow, air.rotor_drag
     table["linear_drag"], table["quadratic_drag"] = air.linear_drag, air.quadratic_drag
     table["angular_damping"] = air.angular_damping
+    table["ground_effect"], table["tilt_interference"] = air.ground_effect, air.tilt_interference
+    table["flapping"], table["hub_stiffness"] = air.flapping, air.hub_stiffness
+    hysteresis = truth.hidden.hysteresis
+    if hysteresis is not None:
+        table["hysteresis"], table["hysteresis_half_width"] = hysteresis.fraction, hysteresis.half_width
+    table["supply"] = 1.0
     return table
 
 
@@ -148,7 +178,7 @@ def wake_losses(rotors, air, thrust, position, direction, loss):
 
 @njit(cache=True, error_model="numpy")
 def thrusts(rotors, air, square, velocity, rate, position, direction, loss, thrust):
-    """Thrust of every rotor (N), into `thrust`: k_F w^2 (1 - wake loss) - axial_inflow w (v_r . d), not below 0.
+    """Thrust of every rotor (N), at least 0: k_F w^2 (1 - wake loss) factor - axial_inflow w (v_r . d), into `thrust`.
 
     square (rotors,) speeds squared; velocity and rate (3,) of the body's origin, body frame, through still air.
     """
@@ -163,7 +193,7 @@ def thrusts(rotors, air, square, velocity, rate, position, direction, loss, thru
             + (velocity[1] + rate[2] * p[0] - rate[0] * p[2]) * d[1]
             + (velocity[2] + rate[0] * p[1] - rate[1] * p[0]) * d[2]
         )
-        thrust[i] = max(thrust[i] * (1.0 - loss[i]) - k * np.sqrt(square[i]) * along, 0.0)
+        thrust[i] = max(thrust[i] * (1.0 - loss[i]) * rotors[i].factor - k * np.sqrt(square[i]) * along, 0.0)
 
 
 @njit(cache=True, error_model="numpy")
@@ -210,19 +240,22 @@ def rotor_wrench(rotors, thrust, position, direction, wrench):
 
 
 @njit(cache=True, error_model="numpy")
-def drive(rotors, air, axes, zero, arms, command, dt, speed, qpos, qvel, thrust, applied, achieved):
+def drive(rotors, air, axes, zero, arms, arm_dofs, command, dt, speed, qpos, qvel, thrust, applied, achieved):
     """One step of the actuators and the air for the rigid-body simulation.
 
     Advances `speed` (rotors,) rad/s by dt towards `command`; fills `thrust` (rotors,) N, `applied` (6,): the air's
     force in the world and torque in the body frame at the origin, and `achieved` (6,): true wrench of rotors and air
-    about the origin, body frame. qpos, qvel: MuJoCo's state, free joint first, arms at the addresses `arms`.
+    about the origin, body frame. qpos, qvel: MuJoCo's state, free joint first, arms at the addresses `arms` and
+    `arm_dofs`.
     """
     n, m = rotors.shape[0], axes.shape[0]
+    slope = np.empty(m)
     position, direction = np.empty((n, 3)), np.empty((n, 3))
     square, loss, tilt = np.empty(n), np.empty(n), np.empty(m)
     velocity, wrench = np.empty(3), np.zeros(6)
     for i in range(m):
         tilt[i] = qpos[arms[i]] + zero[i]
+        slope[i] = qvel[arm_dofs[i]]
     w, x, y, z = qpos[3], qpos[4], qpos[5], qpos[6]
     R = np.empty((3, 3))
     R[0, 0], R[0, 1], R[0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)
@@ -233,8 +266,11 @@ def drive(rotors, air, axes, zero, arms, command, dt, speed, qpos, qvel, thrust,
     rate = qvel[3:6]
     spin_up(rotors, command, dt, speed, square)
     frames(rotors, axes, tilt, position, direction)
+    thrust_changes.factors(rotors, air, tilt, square, qpos[2], R, position)
     thrusts(rotors, air, square, velocity, rate, position, direction, loss, thrust)
     drag(rotors, air, square, velocity, rate, position, direction, wrench)
+    rotor_moments.flapping(rotors, air, thrust, velocity, rate, position, direction, wrench)
+    rotor_moments.gyroscopic(rotors, axes, slope, command, square, rate, direction, wrench)
     for c in range(3):
         applied[c] = R[c, 0] * wrench[0] + R[c, 1] * wrench[1] + R[c, 2] * wrench[2]
         applied[3 + c] = wrench[3 + c]

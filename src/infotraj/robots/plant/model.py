@@ -16,6 +16,7 @@ import mujoco
 import numpy as np
 
 from infotraj.errors import InfotrajError, InputError, problem
+from infotraj.robots.plant import attachments
 from infotraj.robots.plant.truth import Lag, Truth
 from infotraj.rotations import Array, exp
 from infotraj.vehicle import Vehicle
@@ -23,11 +24,11 @@ from infotraj.vehicle import Vehicle
 # Reflected inertia of a servo and its load, kg m^2: with the 2020 servo's damping, 8 rad/s then take 1.4 N m, the
 # stall torque of the Dynamixel XL430 class that turns such arms (assumed). A gear's armature has no reaction.
 SERVO_INERTIA = 0.011
-# J / kv of a first-order servo, s: short beside its lag, not shorter than a time step.
-FAST_TIME_CONSTANT = 1e-3
 # The play's stop: time constant of its contact (s), twice the time step, the shortest that MuJoCo takes.
 STOP_TIME_CONSTANT = 2e-3
 # A hinge needs a body; the servo's side of the play is this light (kg, kg m^2).
+# Armature (kg m^2) of an arm that is placed and not moved by forces: an armature has no reaction on the body.
+HELD = 1e3
 HORN_MASS, HORN_INERTIA = 1e-6, 1e-9
 
 
@@ -54,11 +55,21 @@ class Bodies:
         self.applied = d.qfrc_applied[:6]
         self.specific_force, self.gyro = d.sensordata[0:3], d.sensordata[3:6]
         self.arm_address = np.array([self.model.joint(f"arm_{i}").qposadr[0] for i in range(m)], dtype=np.int64)
+        self.arm_dofs = np.array([self.model.joint(f"arm_{i}").dofadr[0] for i in range(m)], dtype=np.int64)
         self._horn_address = [
-            self.model.joint(f"servo_{i}").qposadr[0] if truth.servos.play[i] > 0 else None for i in range(m)
+            self.model.joint(f"servo_{i}").qposadr[0] if has_horn(truth, i) else None for i in range(m)
         ]
+        self._backlash = truth.hidden.backlash
         self._zero = np.array(truth.servos.zero_error if truth.servos else (), dtype=float)
         self._rotors = n
+        self._load = self.model.body("load").id if truth.hidden.load else None
+        self._brake = 0.0
+
+    def hold_load(self, held: bool) -> None:
+        """Whether what hangs on a cable is braked: it is until a flight begins, so that it hangs at rest then."""
+        if self._load is not None:
+            self._brake = attachments.BRAKE * self.model.body_mass[self._load] if held else 0.0
+            self.data.xfrc_applied[self._load] = 0.0
 
     def reset(self, position: Array, attitude: Array, tilt_command: Array) -> None:
         """At rest at a pose, servos settled at their commands (tilts,) rad for longer than any dead time."""
@@ -80,7 +91,20 @@ class Bodies:
 
     def step(self) -> None:
         """One time step with the present controls and applied force."""
+        if self._brake:
+            velocity = np.zeros(6)
+            mujoco.mj_objectVelocity(self.model, self.data, mujoco.mjtObj.mjOBJ_BODY, self._load, velocity, 0)
+            self.data.xfrc_applied[self._load, :3] = -self._brake * velocity[3:]
         mujoco.mj_step(self.model, self.data)
+        if self._backlash:
+            self._drag_arms()
+
+    def _drag_arms(self) -> None:
+        """The servos' horns take the arms along once they have crossed the play; else the arms stay where they are."""
+        for arm, dof, horn in zip(self.arm_address, self.arm_dofs, self._horn_address, strict=True):
+            low, high = self.qpos[horn] - self._backlash, self.qpos[horn] + self._backlash
+            self.qpos[arm] = min(max(self.qpos[arm], low), high)
+            self.qvel[dof] = 0.0
 
     def tilts(self) -> Array:
         """True tilts (tilts,) rad: where the arms stand, zero error included."""
@@ -150,9 +174,10 @@ def model_xml(vehicle: Vehicle, truth: Truth, timestep: float) -> str:
     _inertial(base, *_base_inertia(vehicle, truth))
     ET.SubElement(base, "site", name="imu")
     actuators, tendons = ET.Element("actuator"), ET.Element("tendon")
-    arms = [_arm(base, tendons, vehicle, truth, i) for i in range(len(vehicle.tilts))]
+    roots = attachments.attach(base, vehicle, truth)
+    arms = [_arm(base, roots.get(("tilt", i), base), tendons, vehicle, truth, i) for i in range(len(vehicle.tilts))]
     for i, rotor in enumerate(vehicle.rotors):
-        body = base if rotor.tilt is None else arms[rotor.tilt]
+        body = roots.get(("rotor", i), base) if rotor.tilt is None else arms[rotor.tilt]
         ET.SubElement(body, "site", name=rotor.name, pos=_text(*rotor.position), zaxis=_text(*rotor.axis))
         torque = -rotor.spin * rotor.moment_constant * truth.rotors.moment_factor[i]
         ET.SubElement(actuators, "motor", name=rotor.name, site=rotor.name, gear=_text(0, 0, 1, 0, 0, torque))
@@ -171,7 +196,7 @@ def servo_gains(truth: Truth) -> tuple[float, float, float]:
     """Stiffness kp (N m/rad), damping kv (N m s/rad) and force limit F (N m) of a tilt's servo."""
     servo = truth.servos.dynamics
     if isinstance(servo, Lag):
-        kv = SERVO_INERTIA / min(FAST_TIME_CONSTANT, 0.25 * servo.time_constant)
+        kv = SERVO_INERTIA / min(servo.fast_time_constant, 0.25 * servo.time_constant)
         kp = kv / servo.time_constant
     else:
         kp = SERVO_INERTIA * servo.natural_frequency**2
@@ -179,7 +204,12 @@ def servo_gains(truth: Truth) -> tuple[float, float, float]:
     return kp, kv, kv * truth.servos.max_rate
 
 
-def _arm(base: ET.Element, tendons: ET.Element, vehicle: Vehicle, truth: Truth, i: int) -> ET.Element:
+def has_horn(truth: Truth, i: int) -> bool:
+    """Whether servo i has a hinge of its own: there is play between it and the arm."""
+    return truth.servos.play[i] > 0 or truth.hidden.backlash > 0
+
+
+def _arm(base: ET.Element, root: ET.Element, tendons: ET.Element, vehicle: Vehicle, truth: Truth, i: int) -> ET.Element:
     axis = vehicle.tilts[i].axis
     _, kv, _ = servo_gains(truth)
     armature, damping = SERVO_INERTIA - truth.arm.inertia[0], kv - truth.arm.bearing_damping
@@ -192,22 +222,26 @@ def _arm(base: ET.Element, tendons: ET.Element, vehicle: Vehicle, truth: Truth, 
                 "Make the arm lighter.",
             )
         )
-    arm = ET.SubElement(base, "body", name=f"arm_{i}", quat=_text(*exp(truth.servos.zero_error[i] * np.asarray(axis))))
+    arm = ET.SubElement(root, "body", name=f"arm_{i}", quat=_text(*exp(truth.servos.zero_error[i] * np.asarray(axis))))
     joint = ET.SubElement(arm, "joint", name=f"arm_{i}", type="hinge", axis=_text(*axis))
     mass, center, inertia = _arm_inertia(vehicle, truth, i)
     _inertial(arm, mass, center, inertia)
     play = truth.servos.play[i]
-    if play == 0.0:
+    if not has_horn(truth, i):
         joint.set("armature", _text(armature))
         joint.set("damping", _text(kv))
         return arm
     joint.set("damping", _text(truth.arm.bearing_damping))
+    if truth.hidden.backlash:
+        joint.set("armature", _text(HELD))
     horn = ET.SubElement(base, "body", name=f"servo_{i}")
     ET.SubElement(
         horn, "joint", name=f"servo_{i}", type="hinge", axis=_text(*axis), armature=_text(armature),
         damping=_text(damping),
     )  # fmt: skip
     _inertial(horn, HORN_MASS, np.zeros(3), HORN_INERTIA * np.eye(3))
+    if truth.hidden.backlash:
+        return arm
     fixed = ET.SubElement(
         tendons, "fixed", name=f"play_{i}", range=_text(-play, play), solreflimit=_text(STOP_TIME_CONSTANT, 1.0)
     )
@@ -218,7 +252,7 @@ def _arm(base: ET.Element, tendons: ET.Element, vehicle: Vehicle, truth: Truth, 
 
 def _servo(actuators: ET.Element, truth: Truth, i: int, timestep: float) -> None:
     kp, _, limit = servo_gains(truth)
-    joint = f"servo_{i}" if truth.servos.play[i] > 0 else f"arm_{i}"
+    joint = f"servo_{i}" if has_horn(truth, i) else f"arm_{i}"
     servo = ET.SubElement(
         actuators, "position", name=f"servo_{i}", joint=joint, kp=_text(kp), forcerange=_text(-limit, limit)
     )
@@ -244,7 +278,10 @@ def _base_inertia(vehicle: Vehicle, truth: Truth) -> tuple[float, Array, Array]:
     """What is left for the free body when the arms are taken out of the truth's totals."""
     parts = [_arm_inertia(vehicle, truth, i) for i in range(len(vehicle.tilts))]
     if truth.servos:
-        parts += [(HORN_MASS, np.zeros(3), HORN_INERTIA * np.eye(3)) for play in truth.servos.play if play > 0]
+        parts += [
+            (HORN_MASS, np.zeros(3), HORN_INERTIA * np.eye(3)) for i in range(len(vehicle.tilts)) if has_horn(truth, i)
+        ]
+    parts += attachments.inside(vehicle, truth)
     mass = truth.mass - sum(p[0] for p in parts)
     center = np.asarray(truth.center_of_mass)
     about_origin = truth.inertia.matrix() + _steiner(truth.mass, center)

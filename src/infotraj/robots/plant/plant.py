@@ -22,10 +22,14 @@ from infotraj.flight import (
     Flight,
 )
 from infotraj.robots.plant import aerodynamics
+from infotraj.robots.plant.disturbances import Disturbances
 from infotraj.robots.plant.estimator import Estimator
+from infotraj.robots.plant.hidden import Disturbance, ImuErrors
+from infotraj.robots.plant.lateness import LateCommands, LateSamples, whole_steps
 from infotraj.robots.plant.model import Bodies
 from infotraj.robots.plant.sensors import IMU_PERIOD, MOCAP_PERIOD, Noise, turned
 from infotraj.robots.plant.static import StaticPlant
+from infotraj.robots.plant.supply import Drain
 from infotraj.robots.plant.truth import Truth, load_truth
 from infotraj.robots.robot import Controller
 from infotraj.rotations import Array
@@ -72,6 +76,13 @@ class Plant:
         self._air = aerodynamics.air_table(truth)
         self._axes = aerodynamics.tilt_axes(vehicle)
         self._zero = np.array(truth.servos.zero_error if truth.servos else (), dtype=float)
+        self._late = LateCommands(whole_steps(truth.hidden.command_delay, timestep, "command_delay"))
+        self._imu_late = whole_steps(truth.hidden.imu.delay, timestep, "imu delay")
+        self._samples = LateSamples(self._imu_late, self._substeps)
+        self._imu_turn = rotations.matrix(rotations.exp(np.array(truth.hidden.imu.rotvec)))
+        self._disturbances: Disturbances | None = None
+        self._disturbed = truth.hidden.disturbance != Disturbance()
+        self._step = 0
 
     @classmethod
     def load(cls, vehicle: Vehicle, path: str | Path) -> Plant:
@@ -81,20 +92,33 @@ class Plant:
     def reset(self, position: Array, attitude: Array, rotor_command: Array, tilt_command: Array) -> None:
         """At rest at a pose, with actuators settled at their commands."""
         self.bodies.reset(position, attitude, tilt_command)
-        self.command(rotor_command, tilt_command)
+        self.bodies.hold_load(True)
+        self._step = 0
+        self._late = LateCommands(whole_steps(self.truth.hidden.command_delay, self.bodies.timestep, "command_delay"))
+        self._samples = LateSamples(self._imu_late, self._substeps)
+        self._act(rotor_command, tilt_command)
         self.speed[:] = np.clip(rotor_command, 0.0, self._rotors["max_speed"])
         self.observe()
 
     def command(self, rotor_command: Array, tilt_command: Array) -> None:
         """Rotor speeds (rotors,) rad/s and tilts (tilts,) rad, held until the next command."""
-        self._command[:] = rotor_command
-        self.bodies.servo[:] = tilt_command
+        if self.truth.hidden.command_delay > 0:
+            self._late.give(self._step, rotor_command, tilt_command)
+        else:
+            self._act(rotor_command, tilt_command)
 
     def advance(self, steps: int) -> None:
         """So many time steps of the physics."""
         for _ in range(steps):
+            due = self._late.due(self._step)
+            if due is not None:
+                self._act(*due)
+            if self._samples.wanted(self._step):
+                self.observe()
+                self._samples.take(self._step, self._measured())
             self._drive(self.bodies.timestep)
             self.bodies.step()
+            self._step += 1
 
     def observe(self) -> None:
         """Thrusts, accelerations and sensors of the present instant."""
@@ -129,16 +153,29 @@ class Plant:
         true = np.empty((rows, 25 + 2 * n + m))
         imu, pose = np.empty((rows, 6)), np.full((rows, 7), np.nan)
         estimates, commands = np.empty((rows, 13)), np.empty((rows, 6 + n + m))
+        # streams of their own: what a truth hides does not change the sensors' noise
+        weather, drain_noise = rng.spawn(2)
+        hidden = self.truth.hidden
+        self._disturbances = Disturbances(hidden.disturbance, rows, IMU_PERIOD, weather)
+        drain = Drain(hidden.supply, IMU_PERIOD, drain_noise) if hidden.supply else None
+        volts = np.full(rows, np.nan)
         controller.reset()
         self._hover(reference)
         for k in range(rows):
+            self._disturbances.begin(k)
+            if k == settle:
+                bodies.hold_load(False)
+            if drain is not None:
+                self._air[0]["supply"] = drain.advance(self.speed, k >= settle)
+                volts[k] = drain.log()
             self.observe()
             row = true[k]
             row[:7], row[7:13] = bodies.qpos[:7], bodies.qvel[:6]
             row[13:16], row[16:19], row[19:25] = bodies.specific_force, bodies.angular_acceleration, self.achieved
             row[25 : 25 + n], row[25 + n : 25 + 2 * n], row[25 + 2 * n :] = self.speed, bodies.thrust, bodies.tilts()
-            imu[k, :3] = bodies.gyro + gyro_noise[k]
-            imu[k, 3:] = bodies.specific_force + force_noise[k]
+            sample = self._samples.read(self._step, self._measured()) if self._imu_late else self._measured()
+            imu[k, :3] = sample[:3] + gyro_noise[k]
+            imu[k, 3:] = sample[3:] + force_noise[k]
             if k % ROWS_PER_COMMAND == 0:
                 sample = k // ROWS_PER_COMMAND
                 pose[k, :3] = bodies.position + place_noise[sample]
@@ -164,23 +201,38 @@ class Plant:
                 commands[k] = commands[k - 1]
             self.advance(self._substeps)
         keep = slice(settle, rows)
-        return (
-            self._flight(reference, imu[keep], pose[keep], estimates[keep], commands[keep]),
-            self._truth_table(true[keep]),
-        )
+        flight = self._flight(reference, imu[keep], pose[keep], estimates[keep], commands[keep])
+        if np.isfinite(volts).any():
+            flight = Flight(flight.table.assign(battery=volts[keep]), flight.meta)
+        return flight, self._truth_table(true[keep])
 
     def _hover(self, reference: Reference) -> None:
         attitude = reference.attitude[0]
+        if not self.vehicle.tilts:  # it can only hover level
+            attitude = rotations.from_euler(0.0, 0.0, rotations.to_euler(attitude)[2])
         up = rotations.to_body(attitude, np.array([0.0, 0.0, 1.0]))
         wrench = StaticPlant(self.vehicle, self.truth).hold(up)
         self.reset(reference.position[0], attitude, *Allocation(self.vehicle).actuators(wrench))
 
+    def _act(self, rotor_command: Array, tilt_command: Array) -> None:
+        self._command[:] = rotor_command
+        self.bodies.servo[:] = tilt_command
+
+    def _measured(self) -> Array:
+        """What the IMU measures at this instant, without noise: gyro and specific force (6,)."""
+        imu, b = self.truth.hidden.imu, self.bodies
+        if imu == ImuErrors():
+            return np.concatenate([b.gyro, b.specific_force])
+        return np.concatenate([self._imu_turn @ b.gyro + np.array(imu.gyro_bias), self._imu_turn @ b.specific_force])
+
     def _drive(self, dt: float) -> None:
         b = self.bodies
         aerodynamics.drive(
-            self._rotors, self._air, self._axes, self._zero, b.arm_address, self._command, dt, self.speed,
+            self._rotors, self._air, self._axes, self._zero, b.arm_address, b.arm_dofs, self._command, dt, self.speed,
             b.qpos, b.qvel, b.thrust, b.applied, self.achieved,
         )  # fmt: skip
+        if self._disturbed and self._disturbances is not None:
+            self._disturbances.add(b.position, b.attitude, b.applied)
 
     def _check(self, command: Array, goal: Array, t: float) -> None:
         self.bodies.check(t)

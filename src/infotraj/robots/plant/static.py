@@ -52,7 +52,7 @@ class StaticPlant:
 
         InfotrajError where no such command exists.
         """
-        weight = self.truth.mass * self.vehicle.gravity
+        weight = self.truth.flying_mass * self.vehicle.gravity
         force = weight * np.asarray(up, dtype=float)
         goal = np.concatenate([force, np.cross(self.vehicle.center_of_mass, force)])
         command = goal.copy()

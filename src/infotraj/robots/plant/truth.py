@@ -12,6 +12,7 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from infotraj.errors import InputError, problem
+from infotraj.robots.plant.hidden import Hidden
 from infotraj.vehicle import Inertia, NotNegative, Positive, Vector, Vehicle, validation_line
 
 Fraction = Annotated[float, Field(ge=0, lt=1)]
@@ -39,6 +40,7 @@ class Rotors(_Strict):
     moment_factor: tuple[NotNegative, ...] = Field(description="true moment constant over the file's, one a rotor")
     rise_time_constant: NotNegative = Field(description="s, of a speed that grows")
     fall_time_constant: NotNegative = Field(description="s, of a speed that falls")
+    inertia: NotNegative = Field(0.0, description="kg m^2, of one rotor about its axis: gyroscopic torques only")
 
 
 class Interference(_Strict):
@@ -58,6 +60,12 @@ class Air(_Strict):
     linear_drag: NotNegativeVector = Field((0.0, 0.0, 0.0), description="N s/m, body axes")
     quadratic_drag: NotNegativeVector = Field((0.0, 0.0, 0.0), description="N s^2/m^2, body axes")
     angular_damping: NotNegativeVector = Field((0.0, 0.0, 0.0), description="N m s/rad, body axes")
+    ground_effect: NotNegative = Field(0.0, description="thrust times 1 + this (R / height)^2")
+    tilt_interference: NotNegative = Field(0.0, description="the catalogue's rotor_interference; not the wakes above")
+    flapping: NotNegative = Field(0.0, description="s/m: in-plane force over thrust and speed across the rotor")
+    hub_stiffness: NotNegative = Field(
+        0.0, description="m: hub moment over in-plane force, from blades hinged off axis"
+    )
 
 
 class SecondOrder(_Strict):
@@ -74,6 +82,9 @@ class Lag(_Strict):
     kind: Literal["lag"] = "lag"
     time_constant: Positive
     dead_time: NotNegative = 0.0
+    fast_time_constant: Positive = Field(
+        1e-3, description="s, of the servo's own inertia against its damping: what makes the lag not quite first order"
+    )
 
 
 class Servos(_Strict):
@@ -97,6 +108,12 @@ class Truth(_Strict):
     rotors: Rotors
     air: Air = Air()
     servos: Servos | None = Field(None, description="left out for a vehicle without tilts")
+    hidden: Hidden = Hidden()
+
+    @property
+    def flying_mass(self) -> float:
+        """kg that the rotors carry: the vehicle and what hangs from it."""
+        return self.mass + (self.hidden.load.mass if self.hidden.load else 0.0)
 
     @classmethod
     def ideal(cls, vehicle: Vehicle) -> Truth:

@@ -1,0 +1,133 @@
+"""The hidden-effect study's configuration (config/studies/hidden_effects.yaml): what is hidden, where, how often."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from infotraj.errors import UsageError, problem
+from infotraj.vehicle import Positive, validation_line
+
+Count = Annotated[int, Field(ge=0)]
+Values = dict[str, Any]
+Logging = Literal["full", "mocap", "no_tilts", "50hz"]
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Flights(_Strict):
+    """The references of one vehicle (kinds of `infotraj.trajectories.standard`) and how far they go."""
+
+    train: tuple[str, ...] = Field(min_length=1, description="given to the diagnosis")
+    held_out: tuple[str, ...] = Field(min_length=1, description="for the scorer alone")
+    seconds: Positive = Field(16.0, description="s, each")
+    size: Positive = Field(0.9, description="m, of the paths")
+    pace: Positive = Field(1.0, description="multiple of the usual speed")
+    low: Positive = Field(0.25, description="m, lowest height")
+    tilt: float = Field(0.35, ge=0, description="rad; 0: attitude follows from the acceleration")
+
+
+class Clutter(_Strict):
+    """What makes every individual a little different, and the air turbulent."""
+
+    rotors: float = Field(0.01, description="standard deviation of a rotor's thrust, share")
+    inertia: float = Field(0.02, description="share by which each axis is off")
+    center_of_mass: float = Field(0.0004, description="m")
+    force: float = Field(0.003, description="of turbulence, standard deviation, share of the weight")
+    torque: float = Field(0.001, description="the same, share of the weight times the rotors' mean distance")
+    correlation_time: Positive = Field(0.5, description="s, of the turbulence")
+
+
+class Effect(_Strict):
+    """One effect at its usual size. Sizes multiply the change from the value that leaves the model as it was."""
+
+    parameters: Values
+    sizes: tuple[float, float, float] = Field((0.25, 1.0, 2.0), description="small, usual, large")
+    voltage: float | None = Field(None, description="V: the vehicle file gets this nominal_voltage")
+
+
+class Nearest(_Strict):
+    """Physics beyond the catalogue, and the names of the catalogue that come nearest."""
+
+    parameters: Values
+    nearest: tuple[str, ...] = ()
+    voltage: float | None = None
+
+
+class VehicleStudy(_Strict):
+    """What is hidden on one vehicle."""
+
+    file: str
+    flights: Flights
+    gentle: Flights | None = Field(None, description="instead, where a load swings: its motion stays predictable")
+    effects: dict[str, Effect]
+    cannot_show: dict[str, Values] = Field({}, description="carried, and without any trace: not to be named")
+    pairs: tuple[tuple[str, str], ...] = ()
+    triples: tuple[tuple[str, str, str], ...] = ()
+    richer: dict[str, Nearest] = {}
+    unlisted: dict[str, Values] = {}
+
+
+class Curves(_Strict):
+    """Where it ends: found rate against one thing at a time, for some effects at usual size."""
+
+    effects: dict[str, tuple[str, ...]] = Field({}, description="by vehicle")
+    sizes: tuple[float, ...] = ()
+    seconds: tuple[float, ...] = ()
+    noise: tuple[float, ...] = Field((), description="multiples of the usual noise of all sensors")
+    logging: tuple[Logging, ...] = ()
+
+
+class Runs(_Strict):
+    """How many seeds each kind of case gets. clutter: how many of the further seeds fly with clutter."""
+
+    single: Count = 10
+    single_clutter: Count = 10
+    other_size: Count = 10
+    nothing: Count = 75
+    nothing_clutter: Count = 75
+    several: Count = Field(5, description="pairs and triples")
+    several_clutter: Count = 5
+    cannot_show: Count = 5
+    richer: Count = 10
+    unlisted: Count = 10
+    curve: Count = 5
+
+
+class HiddenStudy(_Strict):
+    """The whole study."""
+
+    base_seed: Count = 0
+    batch: int = Field(5, ge=1, description="runs a job: loading the program takes as long as a third of a run")
+    vary: float = Field(0.15, ge=0, lt=1, description="each parameter's size varies by this share from seed to seed")
+    vehicles: dict[str, VehicleStudy]
+    clutter: Clutter = Clutter()
+    runs: Runs = Runs()
+    curves: Curves = Curves()
+
+
+def load_study(content: Mapping[str, object], source: str) -> HiddenStudy:
+    """A study from its file's content. UsageError, one line, for a key that does not exist."""
+    try:
+        return HiddenStudy.model_validate(dict(content))
+    except ValidationError as error:
+        raise UsageError(f"{source}: {validation_line(error)}") from error
+
+
+def read_study(path: str | Path) -> HiddenStudy:
+    """Reads a study file (YAML). UsageError, one line, where it cannot be used."""
+    try:
+        content = yaml.safe_load(Path(path).read_text())
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise UsageError(problem(f"{path}: cannot be read ({error})", "a YAML file", "Check the path.")) from error
+    if not isinstance(content, dict):
+        raise UsageError(
+            problem(f"{path}: no mapping", "the keys of config/studies/hidden_effects.yaml", "Correct it.")
+        )
+    return load_study(content, str(path))

@@ -1,0 +1,123 @@
+"""Flies the runs of the hidden-effect study. What the diagnosis gets and what the scorer keeps go to two folders."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from infotraj.control.thrust_vector import ThrustVectorController
+from infotraj.control.tracking import TrackingController
+from infotraj.errors import InfotrajError
+from infotraj.experiment.hidden_cases import Batch, Case, hidden_values
+from infotraj.experiment.hidden_config import Flights, HiddenStudy
+from infotraj.experiment.randomness import generator
+from infotraj.flight import Flight
+from infotraj.trajectories.standard import Extent, standard
+from infotraj.vehicle import Vehicle, load_vehicle
+
+SETTLE = 4.0  # s
+
+
+def fly_batch(study: HiddenStudy, batch: Batch, *, flights: Path, truth: Path) -> None:
+    """Writes, for the run of each seed, flights/run_K (vehicle.yaml and flight tables) and truth/run_K.
+
+    The truth holds truth.yaml, the held-out flights, and `floor` flights: the same without anything hidden.
+    """
+    for number, seed in enumerate(batch.seeds):
+        _fly_run(study, batch.case, seed, flights / f"run_{number}", truth / f"run_{number}")
+
+
+def _fly_run(study: HiddenStudy, case: Case, seed: int, shown: Path, kept: Path) -> None:
+    from infotraj.robots.plant.hiding import clutter, hide
+    from infotraj.robots.plant.truth_file import write_truth
+
+    settings = study.vehicles[case.vehicle]
+    content = yaml.safe_load(Path(settings.file).read_text())
+    if case.voltage is not None:
+        content["nominal_voltage"] = case.voltage
+    for folder in (shown, kept):
+        folder.mkdir(parents=True, exist_ok=True)
+    (shown / "vehicle.yaml").write_text(yaml.safe_dump(content, sort_keys=False))
+    vehicle = load_vehicle(shown / "vehicle.yaml")
+    effects, other = hidden_values(case, seed, study, vehicle)
+
+    def rng(*purpose: str | int) -> np.random.Generator:
+        return generator(study.base_seed, "hidden flights", case.vehicle, case.name, seed, *purpose)
+
+    truth = hide(vehicle, [*effects, *other])
+    if case.clutter:
+        truth = clutter(truth, vehicle, study.clutter.model_dump(), rng("clutter"))
+    ideal = hide(vehicle, [], name="floor")
+    swings = any(name == "suspended_load" for name, _ in case.effects)
+    flights = settings.gentle if swings and settings.gentle else settings.flights
+    failed = ""
+    try:
+        for k, kind in enumerate(flights.train):
+            flight = _fly(vehicle, truth, kind, flights, case, rng("reference", k), rng("noise", k))
+            flight.write(shown / f"flight_{k}.parquet")
+        for k, kind in enumerate(flights.held_out):
+            for what, plant in (("held_out", truth), ("floor", ideal)):
+                path, noise = rng("held-out reference", k), rng("held-out noise", k)
+                flight = _fly(vehicle, plant, kind, flights, case, path, noise)
+                flight.write(kept / f"{what}_{k}.parquet")
+    except InfotrajError as error:
+        failed = str(error)
+    about: dict[str, Any] = {
+        "case": asdict(case),
+        "name": case.name,
+        "seed": seed,
+        "effects": [{"name": n, "parameters": v} for n, v in effects],
+        "other": [{"name": n, "parameters": v} for n, v in other],
+        "nearest": [n for name in case.other if name in settings.richer for n in settings.richer[name].nearest],
+        "failed": failed,
+    }
+    (kept / "run.yaml").write_text(yaml.safe_dump(_plain(about), sort_keys=False))
+    write_truth(truth, kept / "truth.yaml")
+
+
+def _fly(
+    vehicle: Vehicle,
+    truth: Any,
+    kind: str,
+    flights: Flights,
+    case: Case,
+    path: np.random.Generator,
+    noise: np.random.Generator,
+) -> Flight:
+    from infotraj.robots.plant.plant import Plant  # late: mujoco
+    from infotraj.robots.plant.sensors import Noise
+
+    extent = Extent(flights.size, flights.pace, flights.low, flights.tilt)
+    reference = standard(kind, case.seconds or flights.seconds, extent, path)
+    controller = (TrackingController if vehicle.tilts else ThrustVectorController)(vehicle, reference)
+    usual = Noise()
+    sensors = Noise(*(case.noise * np.array([usual.position, usual.attitude, usual.rate, usual.specific_force])))
+    flight = Plant(vehicle, truth, settle=SETTLE, noise=sensors).fly(reference, controller, noise)
+    return logged(flight, case.logging)
+
+
+def logged(flight: Flight, kind: str) -> Flight:
+    """What a poorer log would hold. mocap: poses at 100 Hz without an IMU; no_tilts: no tilt command; 50hz: every
+    fourth row (a command then stands for two)."""
+    table, meta = flight.table, {k: v for k, v in flight.meta.items() if k in ("vehicle", "imu_rate", "mocap_rate")}
+    table = table[[c for c in table if not c.startswith(("est_", "ref_"))]]
+    if kind == "mocap":
+        table = table.drop(columns=["wx", "wy", "wz", "ax", "ay", "az"]).iloc[::2]
+    elif kind == "no_tilts":
+        table = table[[c for c in table if not c.startswith("cmd_tilt_")]]
+    elif kind == "50hz":
+        table = table.iloc[::4]
+    return Flight(table.reset_index(drop=True), meta)
+
+
+def _plain(value: Any) -> Any:
+    """Tuples as lists, numpy numbers as Python's: what YAML holds."""
+    if isinstance(value, dict):
+        return {k: _plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    return value.item() if isinstance(value, np.generic) else value

@@ -1,0 +1,190 @@
+"""Scores the answers of the hidden-effect study: alone reads the truth.
+
+An answer is right when each hidden effect is named, alone or in a group of at most 4 whose every member, fitted here in
+the effect's place on the flights of the diagnosis, comes within 5 % of the oracle's held-out error, and nothing else is
+named. The oracle is the model with the true effects, fitted; as the error to reach (not for members of groups, which
+are fitted in the same way) it takes the true parameters where they do better than the fit.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from infotraj.diagnosis.adding import add
+from infotraj.effects import effect_class
+from infotraj.errors import InfotrajError
+from infotraj.experiment.hidden_error import HeldOut
+from infotraj.flight import Flight, read_flight
+from infotraj.models import Model
+from infotraj.models.file import load_model
+from infotraj.vehicle import load_vehicle
+
+LARGEST_GROUP = 4
+TOLERANCE = 1.05
+Score = dict[str, Any]
+
+
+def score_batch(*, flights: Path, answers: Path, truth: Path, scores: Path) -> None:
+    """Writes a JSON list with one score a run."""
+    found = [score_run(flights / run.name, answers / run.name, run) for run in sorted(truth.glob("run_*"))]
+    part = scores.with_name(f".{scores.name}.part")
+    scores.parent.mkdir(parents=True, exist_ok=True)
+    part.write_text(json.dumps(found, indent=1) + "\n")
+    part.replace(scores)
+
+
+def score_run(shown: Path, answer: Path, kept: Path) -> Score:
+    """The score of one run: what was hidden, what was said, what is right, errors, parameters and times."""
+    start = time.process_time()
+    run = yaml.safe_load((kept / "run.yaml").read_text())
+    case = run["case"]
+    spent = json.loads((answer / "time.json").read_text()) if (answer / "time.json").is_file() else {}
+    score: Score = {
+        "case": run["name"], "vehicle": case["vehicle"], "kind": case["kind"], "size": case["size"],
+        "clutter": case["clutter"], "curve": case["curve"], "seed": run["seed"],
+        "hidden": [*(e["name"] for e in run["effects"]), *(e["name"] for e in run["other"])],
+        "nearest": run["nearest"], "failed": run["failed"], "status": spent.get("status"),
+        "refusal": spent.get("error", ""), "wall": spent.get("wall"), "cpu": spent.get("cpu"),
+    }  # fmt: skip
+    if run["failed"] or not (answer / "answer.json").is_file():
+        return {**score, "answered": False}
+    said = json.loads((answer / "answer.json").read_text())
+    score["answered"] = True
+    score["unexplained"] = bool(said["verdict"]["unexplained"])
+    score["supported"] = list(said["verdict"]["supported"])
+    rows = {row["name"]: row for row in said["effects"]}
+    score["groups"] = [list(rows[name]["group"]) for name in score["supported"]]
+    score["plausible"] = [row["name"] for row in said["effects"] if row["verdict"] == "Plausible"]
+    score["rises"] = {name: rows[name]["rise"] for name in score["supported"]}
+    vehicle = load_vehicle(shown / "vehicle.yaml")
+    training = [read_flight(p) for p in sorted(shown.glob("flight_*.parquet"))]
+    held = HeldOut(
+        vehicle,
+        [read_flight(p) for p in sorted(kept.glob("held_out_*.parquet"))],
+        [read_flight(p) for p in sorted(kept.glob("floor_*.parquet"))],
+    )
+    base = Model(vehicle)
+    score["error_nominal"] = held.error(base)
+    answered = load_model(answer / "model.yaml") if (answer / "model.yaml").is_file() else base
+    score["error_answer"] = held.error(answered)
+    listed = [_label(e) for e in run["effects"]]
+    oracle = _fitted(base, listed, training)
+    fitted = held.error(oracle) if oracle is not None else None
+    true = held.error(Model(vehicle, [effect_class(e["name"])(**e["parameters"]) for e in run["effects"]]))
+    score["error_fitted"] = fitted
+    score["error_oracle"] = true if fitted is None else min(fitted, true)
+    score.update(_names(run["effects"], score["groups"], rows, base, training, held, fitted))
+    if case["kind"] in ("cannot_show", "richer", "unlisted"):
+        score["right"] = _right_beyond(case["kind"], score)
+    score["parameters"] = _parameters(run["effects"], rows, score["supported"])
+    score["score_cpu"] = time.process_time() - start
+    return score
+
+
+def _right_beyond(kind: str, score: Score) -> bool:
+    """Whether the answer is right about what has no name of its own.
+
+    Unlisted physics: flagged as unexplained, and nothing named. Richer physics: a nearest name, and no other. What
+    leaves no trace: nothing named.
+    """
+    if kind == "richer":
+        near = [bool(set(group) & set(score["nearest"])) for group in score["groups"]]
+        return bool(near) and all(near)
+    return not score["supported"] and (kind == "cannot_show" or score["unexplained"])
+
+
+def _names(
+    effects: Sequence[dict[str, Any]],
+    groups: Sequence[Sequence[str]],
+    rows: dict[str, Any],
+    base: Model,
+    training: Sequence[Flight],
+    held: HeldOut,
+    oracle: float | None,
+) -> Score:
+    """Which hidden effects were found, what was invented, and whether the answer is right."""
+    found: list[str] = []
+    used: set[int] = set()
+    members: Score = {}
+    for effect in effects:
+        for number, group in enumerate(groups):
+            if number in used or effect["name"] not in group or not _same_place(effect, rows):
+                continue
+            used.add(number)
+            good = len(group) <= LARGEST_GROUP
+            others = [_label(e) for e in effects if e is not effect]
+            for name in group if good and len(group) > 1 else ():
+                if name == effect["name"]:
+                    continue
+                model = _fitted(base, [*others, _instance(name, rows)], training)
+                reached = held.error(model) if model is not None else float("inf")
+                members[f"{effect['name']} as {name}"] = reached / oracle if oracle and np.isfinite(reached) else None
+                good &= bool(oracle) and reached <= TOLERANCE * oracle
+            if good:
+                found.append(effect["name"])
+            break
+    invented = [group[0] for number, group in enumerate(groups) if number not in used]
+    return {
+        "found": found,
+        "invented": invented,
+        "members": members,
+        "right": len(found) == len(effects) and not invented,
+    }
+
+
+def _label(effect: dict[str, Any]) -> str:
+    values = effect["parameters"]
+    return f"{effect['name']}:{values['rotor']}" if "rotor" in values else effect["name"]
+
+
+def _instance(name: str, rows: dict[str, Any]) -> str:
+    """A group's member as `add` names it: with its place, where the answer gives one."""
+    place = (rows.get(name, {}).get("parameters") or {}).get("rotor")
+    return name if place is None else f"{name}:{int(place)}"
+
+
+def _same_place(effect: dict[str, Any], rows: dict[str, Any]) -> bool:
+    """Whether an effect on one rotor was named on that rotor."""
+    if "rotor" not in effect["parameters"]:
+        return True
+    row = rows.get(effect["name"], {})
+    said = [i.get("parameters", i) for i in row.get("instances", [])] or [row.get("parameters") or {}]
+    return any(values.get("rotor") == effect["parameters"]["rotor"] for values in said)
+
+
+def _fitted(base: Model, names: Sequence[str], training: Sequence[Flight]) -> Model | None:
+    """The base model with these effects fitted; None where they cannot be."""
+    if not names:
+        return base
+    try:
+        return add(base, names, training).model
+    except InfotrajError:
+        return None
+
+
+def _parameters(
+    effects: Sequence[dict[str, Any]], rows: dict[str, Any], supported: Sequence[str]
+) -> list[dict[str, Any]]:
+    """One row for each number of each hidden effect that was named: true, estimated, standard error."""
+    out = []
+    for effect in effects:
+        row = rows.get(effect["name"])
+        if effect["name"] not in supported or row is None or len(row["group"]) > 1 or not _same_place(effect, rows):
+            continue
+        for key, true in effect["parameters"].items():
+            estimate, error = (row["parameters"] or {}).get(key), (row["standard_errors"] or {}).get(key)
+            if estimate is None or error is None:
+                continue
+            for place, (a, b, c) in enumerate(zip(*map(np.atleast_1d, (true, estimate, error)), strict=True)):
+                out.append(
+                    {"effect": effect["name"], "parameter": key, "place": place, "true": float(a),
+                     "estimate": float(b), "standard_error": float(c)}
+                )  # fmt: skip
+    return out

@@ -1,0 +1,10 @@
+"""Scores the answers of one batch against the truth."""
+
+from pathlib import Path
+
+from infotraj.experiment.hidden_scoring import score_batch
+from infotraj.experiment.job import job
+
+with job(snakemake.log[0]):
+    given = {name: Path(snakemake.input[name]) for name in ("flights", "truth", "answers")}
+    score_batch(**given, scores=Path(snakemake.output.scores))
