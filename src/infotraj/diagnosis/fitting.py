@@ -20,6 +20,8 @@ from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
 _ROUNDS = 8
+_NEAR = 0.3  # usual sizes from where the Jacobian was taken: nearer it counts as that of the place
+_AS_EXPECTED = 0.1  # relative difference between the gain of a step and what the Jacobian said
 _SETTLED = 0.3  # change of the squared error (its unit: one noise variance) below which a fit stops
 
 
@@ -48,26 +50,38 @@ def fit(observation: Observation, members: Sequence[Member], rounds: int = _ROUN
     if r is None:
         return None
     cost, damping = float(r @ r), 1e-4
-    jacobian = np.zeros((len(r), 0))
+    jacobian, taken_at = np.zeros((len(r), 0)), None
     for _ in range(rounds):
-        jacobian = _jacobian(observation, members, x, r, owner)
+        if taken_at is None:
+            jacobian, taken_at = _jacobian(observation, members, x, r, owner), x
         gram, right = jacobian.T @ jacobian, jacobian.T @ r
-        gained = 0.0
+        gained, expected = 0.0, 1.0
         for _ in range(6):
             step = _step(gram, right, damping, x, low, high)
             trial = np.clip(x + step, low, high)
             moved = _residual(observation, members, trial)
             if moved is not None and moved @ moved < cost:
+                step = trial - x
+                expected = float(2 * right @ step - step @ gram @ step)
                 gained = cost - float(moved @ moved)
+                off = (r - moved) - jacobian @ step
                 x, r, cost = trial, moved, float(moved @ moved)
                 damping = max(damping * 0.1, 1e-9)
                 break
             damping = max(damping * 10, 1e-3)
             if np.max(np.abs(step), initial=0.0) < 1e-5:
                 break
+        far = np.max(np.abs(x - taken_at), initial=0.0) > _NEAR
         if gained < _SETTLED:
-            break
-    else:
+            if not far:
+                break
+            taken_at = None
+        elif abs(gained / expected - 1.0) < _AS_EXPECTED:
+            # Broyden's update (1965): most effects are so nearly linear that another Jacobian would say the same.
+            jacobian = jacobian + np.outer(off, step / (step @ step))
+        else:
+            taken_at = None
+    if taken_at is None:
         jacobian = _jacobian(observation, members, x, r, owner)
     joint = observation.split(np.concatenate([r[:, None], jacobian], axis=1))
     sums = block_sums(observation.samples, observation.noise, observation.blocks, joint)

@@ -253,18 +253,18 @@ def _questioned(search: Search, members: Sequence[Member]) -> tuple[Member, ...]
 def _without_idle(search: Search, members: tuple[Member, ...]) -> tuple[Member, ...]:
     while True:
         whole = search.fitted(members)
-        idle = []
-        for m in members:
-            if m.held or linear_rise(search, whole, m) > _CLEAR * search.matters:
-                continue
-            rise = rise_without(search, whole, m)
+        free = [m for m in members if not m.held]
+        doubtful = sorted((linear_rise(search, whole, m), m.candidate.label) for m in free)
+        for rough, label in doubtful:
+            if rough > _CLEAR * search.matters:
+                return whole.members
+            rise = rise_without(search, whole, _member(members, label))
             if rise < search.matters:
-                idle.append((rise, m))
-        if not idle:
+                search.trail.append(f"drop {label}: rise {rise:.3f}")
+                members = tuple(x for x in whole.members if x.candidate.label != label)
+                break
+        else:
             return whole.members
-        rise, m = min(idle, key=lambda pair: pair[0])
-        search.trail.append(f"drop {m.candidate.label}: rise {rise:.3f}")
-        members = tuple(x for x in whole.members if x.candidate.label != m.candidate.label)
 
 
 def rise_without(search: Search, whole: Fit, member: Member) -> float:
