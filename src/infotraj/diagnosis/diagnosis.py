@@ -23,7 +23,7 @@ from infotraj.diagnosis.search import MATTERS, SIGNIFICANCE, Search
 from infotraj.diagnosis.sensitivities import Sensitivities
 from infotraj.diagnosis.subsets import SubsetSearch
 from infotraj.diagnosis.sums import Sums
-from infotraj.diagnosis.tolerance import tolerated
+from infotraj.diagnosis.tolerance import spread, tolerated
 from infotraj.diagnosis.unexplained import Unexplained, unexplained
 from infotraj.diagnosis.whitened import blocks, noise_model
 from infotraj.effects import Effect, catalogue
@@ -130,7 +130,9 @@ def diagnose(
     # What tolerances explain stays in the model in which the others are judged: it is in the flights.
     ordinary = tolerated(search, whole)
     left = Unexplained(False, ()) if doubts else unexplained(search, whole, rng)
-    refused = doubts or refusal.unanswered(search.observation.model(whole.members), flights, start, stop)
+    refused = doubts or search.silent | refusal.unanswered(
+        search.observation.model(whole.members), flights, start, stop
+    )
     findings = _findings(search, whole, list(catalog), known, hidden, ordinary, left, refused, rng)
     supported, chosen = _supported(findings, whole, search)
     final = whole
@@ -142,7 +144,7 @@ def diagnose(
     before = refusal.errors(model, flights, start, stop)
     after = refusal.errors(after_model, flights, start, stop) if chosen else before
     widen = _WIDEN if left.found else 1.0
-    numbers = zip(final.members, fitted_numbers(final, vehicle, widen), strict=True)
+    numbers = zip(final.members, fitted_numbers(final, vehicle, widen, spread(search, final)), strict=True)
     errors = tuple(e for m, e in numbers if m.candidate.label in labels) if chosen else ()
     return Diagnosis(
         findings, supported, left, refused, before, after, after_model, errors, observation.samples, search, whole
@@ -169,7 +171,13 @@ def _findings(search, whole, order, known, hidden, ordinary, left, refused, rng)
     wrong = beyond_bounds(whole, search.observation.vehicle)
     vehicle = search.observation.vehicle
     widen = _WIDEN if left.found else 1.0
-    errors = dict(zip([m.candidate.label for m in whole.members], _errors(whole, vehicle, widen), strict=True))
+    errors = dict(
+        zip(
+            [m.candidate.label for m in whole.members],
+            _errors(whole, vehicle, widen, spread(search, whole)),
+            strict=True,
+        )
+    )
     out: dict[str, Finding] = {}
     reported = [m for m in whole.members if m.candidate.label not in ordinary]
     for m in reported:
@@ -244,7 +252,7 @@ def _of_member(search, whole, m, order, chance, left, refused, wrong, errors, rn
         own = dict(
             zip(
                 [x.candidate.label for x in fitted.members],
-                _errors(fitted, search.observation.vehicle, _WIDEN if left.found else 1.0),
+                _errors(fitted, search.observation.vehicle, _WIDEN if left.found else 1.0, spread(search, fitted)),
                 strict=True,
             )
         )
@@ -315,7 +323,8 @@ def _of_absent(search, subsets: SubsetSearch, sums: Sums, found: Sensitivities, 
     rises = [sums.gram.sum(axis=1) / windows[:, None, None], plain_gram]
     usual = max(_usual_rise(gram, found, i) for gram in rises for i in mine)
     if usual < search.matters:
-        reason = (
+        silent = next(iter(search.silent.values()), None)
+        reason = silent or (
             f"these flights do not excite it: at its usual size it would raise the error by {usual:.2g} of the floor"
         )
         return Finding(name, "Not testable here", (name,), e, {}, {}, reason)
@@ -354,15 +363,15 @@ def _values(m: Member) -> dict[str, Any]:
     return {k: v for k, v in m.effect.values.items() if k in wanted}
 
 
-def fitted_numbers(made: Fit, vehicle: Vehicle, widen: float = 1.0) -> list[dict[str, Any]]:
-    """Standard errors of every member of a fit by parameter, times `widen`."""
-    return [_numbers(m, e) for m, e in zip(made.members, _errors(made, vehicle, widen), strict=True)]
+def fitted_numbers(made: Fit, vehicle: Vehicle, widen: float = 1.0, more: Array | float = 0.0) -> list[dict[str, Any]]:
+    """Standard errors of every member of a fit by parameter, times `widen`; more (p,): variance to add (usual sizes)."""
+    return [_numbers(m, e) for m, e in zip(made.members, _errors(made, vehicle, widen, more), strict=True)]
 
 
-def _errors(made: Fit, vehicle: Vehicle, widen: float) -> list[Array]:
+def _errors(made: Fit, vehicle: Vehicle, widen: float, more: Array | float) -> list[Array]:
     """Standard errors of every member's numbers, in their units, times `widen`."""
     gram, right, _ = made.sums.total()
-    all_of_them = widen * standard_errors(gram, right)
+    all_of_them = np.sqrt((widen * standard_errors(gram, right)) ** 2 + more)
     out, place = [], 0
     for m in made.members:
         at = places(m.candidate, vehicle)

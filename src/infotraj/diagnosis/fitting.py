@@ -87,7 +87,8 @@ def fit(observation: Observation, members: Sequence[Member], rounds: int = _ROUN
     sums = block_sums(observation.samples, observation.noise, observation.blocks, joint)
     at_bound = (x <= low + 1e-6) | (x >= high - 1e-6)
     fitted = tuple(unpacked(members, vehicle, x))
-    plain = mean_squares(observation.samples, sums.axes, observation.raw(observation.model(fitted)))
+    raw = observation.raw(observation.model(fitted))
+    plain = mean_squares(observation.samples, sums.axes, raw, observation.ignored)
     return Fit(fitted, cost, sums, at_bound, plain)
 
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from infotraj.diagnosis.candidates import Candidate, Place, places, read, written
-from infotraj.diagnosis.residual import FlightSamples
+from infotraj.diagnosis.residual import AXES, FlightSamples
 from infotraj.diagnosis.whitened import Blocks, Noise, whiten
+from infotraj.diagnosis.whitening import Whitener
 from infotraj.effects.base import Effect
 from infotraj.errors import InputError
 from infotraj.models import Model
@@ -32,12 +34,13 @@ class Member:
 
 @dataclass(frozen=True)
 class Observation:
-    """Flights as samples, their noise, their blocks, and a vehicle."""
+    """Flights as samples, their noise, their blocks, and a vehicle. ignored: axes of no weight: no model says them."""
 
     vehicle: Vehicle
     samples: tuple[FlightSamples, ...]
     noise: Noise
     blocks: Blocks
+    ignored: frozenset[str] = frozenset()
 
     def model(self, members: Sequence[Member]) -> Model:
         """The vehicle with these effects."""
@@ -72,7 +75,20 @@ class Observation:
 
     def with_noise(self, noise: Noise) -> Observation:
         """The same flights under another noise model."""
-        return replace(self, noise=noise)
+        return replace(self, noise=_without(noise, self.ignored))
+
+    def without_axes(self, axes: AbstractSet[str]) -> Observation:
+        """The same flights with these axes, by name, left out of everything that is weighed."""
+        ignored = self.ignored | axes
+        return replace(self, ignored=ignored, noise=_without(self.noise, ignored))
+
+
+def _without(noise: Noise, axes: AbstractSet[str]) -> Noise:
+    silent = Whitener(None, np.zeros(0), np.inf)
+    return {
+        key: tuple(silent if a in axes else w for a, w in zip(AXES[key.split()[0]], three, strict=True))
+        for key, three in noise.items()
+    }
 
 
 def packed(members: Sequence[Member], vehicle: Vehicle) -> tuple[Array, list[tuple[int, Place]]]:

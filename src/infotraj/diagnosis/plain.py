@@ -7,6 +7,7 @@ it is. What matters to a vehicle is the larger of the two rises.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,24 +45,35 @@ def binned(samples: Sequence[FlightSamples], joint: Sequence[list[Array]]) -> li
 
 
 def mean_products(
-    samples: Sequence[FlightSamples], axes: Sequence[str], left: Sequence[list[Array]], right: Sequence[list[Array]]
+    samples: Sequence[FlightSamples],
+    axes: Sequence[str],
+    left: Sequence[list[Array]],
+    right: Sequence[list[Array]],
+    ignored: AbstractSet[str] = frozenset(),
 ) -> Array:
-    """Mean of left' right over all bins, (axes, p, q), of columns from `binned`."""
+    """Mean of left' right over all bins, (axes, p, q), of columns from `binned`; 0 on axes that are ignored."""
     out = np.zeros((len(axes), left[0][0].shape[2], right[0][0].shape[2]))
     count = np.zeros(len(axes))
     for number, s in enumerate(samples):
         for place, channel in enumerate(s.channels):
             for i, axis in enumerate(channel.axes):
+                if axis in ignored:
+                    continue
                 a = axes.index(axis)
                 out[a] += left[number][place][:, i].T @ right[number][place][:, i]
                 count[a] += len(left[number][place])
     return out / np.maximum(count, 1)[:, None, None]
 
 
-def mean_squares(samples: Sequence[FlightSamples], axes: Sequence[str], residual: Sequence[list[Array]]) -> Array:
+def mean_squares(
+    samples: Sequence[FlightSamples],
+    axes: Sequence[str],
+    residual: Sequence[list[Array]],
+    ignored: AbstractSet[str] = frozenset(),
+) -> Array:
     """Mean squared residual (axes,) over bins; residual: one (m, 3) a channel of a flight."""
     parts = binned(samples, [[x[:, :, None] for x in flight] for flight in residual])
-    return mean_products(samples, axes, parts, parts)[:, 0, 0]
+    return mean_products(samples, axes, parts, parts, ignored)[:, 0, 0]
 
 
 def plain(
@@ -70,10 +82,11 @@ def plain(
     own: list[list[Array]],
     others: list[list[Array]],
     known: Array,
+    ignored: AbstractSet[str] = frozenset(),
 ) -> Plain:
     """Mean squares of own columns (the residual first) and of others, from `binned`; known: products of the others."""
-    within = mean_products(samples, axes, own, own)
-    across = mean_products(samples, axes, own, others)
+    within = mean_products(samples, axes, own, own, ignored)
+    across = mean_products(samples, axes, own, others, ignored)
     top = np.concatenate([within, across], axis=2)
     bottom = np.concatenate([across.transpose(0, 2, 1), known], axis=2)
     every = np.concatenate([top, bottom], axis=1)

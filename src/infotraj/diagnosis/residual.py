@@ -210,7 +210,8 @@ def _force(samples: FlightSamples, prediction: Prediction, c: Channel) -> Array:
     return measured - mean(prediction.specific_force)
 
 
-def _rate(samples: FlightSamples, prediction: Prediction, c: Channel) -> Array:
+def measured_change(samples: FlightSamples, c: Channel) -> Array:
+    """Measured change of the rate (rad/s), (m, 3), over each sample of a rate channel."""
     t, recorded = samples.prepared.recorded.t, samples.prepared.recorded.rate
 
     def measured() -> Array:
@@ -218,8 +219,12 @@ def _rate(samples: FlightSamples, prediction: Prediction, c: Channel) -> Array:
         w = samples.flight.get(*RATE) if given else interpolate(recorded.times, recorded.values, t)
         return w[c.last] - w[c.first]
 
-    change = samples.prepared.kept.get("measured change of rate", None, measured)
-    return change - _steps(t, prediction.angular_acceleration_mean, c)
+    return samples.prepared.kept.get("measured change of rate", None, measured)
+
+
+def _rate(samples: FlightSamples, prediction: Prediction, c: Channel) -> Array:
+    t = samples.prepared.recorded.t
+    return measured_change(samples, c) - _steps(t, prediction.angular_acceleration_mean, c)
 
 
 def _velocity(samples: FlightSamples, prediction: Prediction, c: Channel) -> Array:

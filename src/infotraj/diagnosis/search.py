@@ -21,6 +21,7 @@ from infotraj.diagnosis.observation import Member, Observation
 from infotraj.diagnosis.plain import Plain, binned, mean_products, plain
 from infotraj.diagnosis.scanning import scanned, shape_of
 from infotraj.diagnosis.sensitivities import Sensitivities, extended, sensitivities, start_of
+from infotraj.diagnosis.silent import silent_axes
 from infotraj.diagnosis.subsets import Scored, SubsetSearch
 from infotraj.diagnosis.sums import Sums, extended_sums, held_out, products
 from infotraj.diagnosis.whitened import Noise, whiten
@@ -39,7 +40,8 @@ _CLEAR = 4.0  # times what matters: a linear rise above it needs no fit to be be
 class Search:
     """The state of a search.
 
-    trail: what it did, for the verbose output; at_bound: labels of what fits drove to a physical bound, and how.
+    trail: what it did, for the verbose output; at_bound: labels of what fits drove to a physical bound, and how;
+    silent: axes on which these flights say nothing, and why.
     """
 
     observation: Observation
@@ -50,6 +52,7 @@ class Search:
     fits: dict[frozenset[str], Fit | None] = field(default_factory=dict)
     trail: list[str] = field(default_factory=list)
     at_bound: dict[str, str] = field(default_factory=dict)
+    silent: dict[str, str] = field(default_factory=dict)
     _white: tuple[Noise, list[list[Array]], Array] | None = None
     _binned: tuple[list[list[Array]], Array] | None = None
 
@@ -107,8 +110,8 @@ class Search:
         if self._binned is None:
             old = 1 + len(self.base.of_members)
             others = binned(o.samples, [[b[:, :, old:] for b in flight] for flight in self.base.joint])
-            self._binned = others, mean_products(o.samples, axes, others, others)
-        return plain(o.samples, axes, binned(o.samples, own), *self._binned)
+            self._binned = others, mean_products(o.samples, axes, others, others, o.ignored)
+        return plain(o.samples, axes, binned(o.samples, own), *self._binned, o.ignored)
 
 
 def start_search(
@@ -120,7 +123,8 @@ def start_search(
 ) -> Search:
     """Linearises every candidate around the model and estimates the noise from what their richest fit leaves."""
     base = sensitivities(observation, held, known)
-    observation = started(observation, base.joint)
+    silent = silent_axes(observation.samples, base.joint)
+    observation = started(observation.without_axes(silent.keys()), observation, base.joint)
     before = len(base.choices)
     for candidate in known:
         for _ in range(2 if shape_of(candidate, observation) is not None else 0):
@@ -131,7 +135,7 @@ def start_search(
             base = extended(base, observation, held, variant)
     if len(base.choices) > before:
         observation = estimated(observation, base.joint, rounds=1)
-    return Search(observation, tuple(known), base, rng, matters)
+    return Search(observation, tuple(known), base, rng, matters, silent=silent)
 
 
 def _tried(variant: Variant, base: Sensitivities) -> bool:

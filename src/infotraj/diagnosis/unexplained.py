@@ -88,7 +88,13 @@ def unexplained(search: Search, whole: Fit, rng: np.random.Generator) -> Unexpla
         axis: Structure(axis, share, chance, rises[axis], goes, hint, hint_share)
         for axis, (share, chance, goes, hint, hint_share) in held.items()
     }
-    real = [s for s in every.values() if s.share > max(s.chance, _LEAST_SHARE) and s.rise > search.matters]
+    ignored = o.ignored
+    loud = {axis: s for axis, s in loud.items() if axis not in ignored}
+    real = [
+        s
+        for axis, s in every.items()
+        if axis not in ignored and s.share > max(s.chance, _LEAST_SHARE) and s.rise > search.matters
+    ]
     named = {s.axis for s in real}
     real += [s for axis, s in loud.items() if axis not in named]
     return Unexplained(bool(real), tuple(sorted(real, key=lambda s: -s.rise)), every)
