@@ -364,7 +364,7 @@ def _values(m: Member) -> dict[str, Any]:
 
 
 def fitted_numbers(made: Fit, vehicle: Vehicle, widen: float = 1.0, more: Array | float = 0.0) -> list[dict[str, Any]]:
-    """Standard errors of every member of a fit by parameter, times `widen`; more (p,): variance to add (usual sizes)."""
+    """Standard errors of every member of a fit by parameter, times `widen`; more (p,): variance added, usual sizes."""
     return [_numbers(m, e) for m, e in zip(made.members, _errors(made, vehicle, widen, more), strict=True)]
 
 

@@ -124,7 +124,7 @@ def start_search(
     """Linearises every candidate around the model and estimates the noise from what their richest fit leaves."""
     base = sensitivities(observation, held, known)
     silent = silent_axes(observation.samples, base.joint)
-    observation = started(observation.without_axes(silent.keys()), observation, base.joint)
+    observation = started(observation.without_axes(silent.keys()), base.joint)
     before = len(base.choices)
     for candidate in known:
         for _ in range(2 if shape_of(candidate, observation) is not None else 0):

@@ -87,7 +87,7 @@ def spread(search: Search, made: Fit) -> np.ndarray:
     """Variance (p,) of a fit's numbers, in usual sizes, that ordinary tolerances of the vehicle file make.
 
     Each tolerance that the model does not have moves the numbers that are fitted without it. How large they are here is
-    estimated from what the fit leaves (their common scale by marginal likelihood; MacKay 1992): exact files get nothing.
+    estimated from what the fit leaves (their common scale by marginal likelihood; MacKay 1992): exact files get none.
     """
     sums, found = search.linear(made.members)
     columns, deviation = nuisance(found)
