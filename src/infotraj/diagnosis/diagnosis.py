@@ -19,11 +19,11 @@ from infotraj.diagnosis.groups import Group, group
 from infotraj.diagnosis.null import null_gains
 from infotraj.diagnosis.observation import Member, Observation
 from infotraj.diagnosis.residual import FlightSamples, flight_samples
-from infotraj.diagnosis.search import MATTERS, SIGNIFICANCE, Search
+from infotraj.diagnosis.search import MATTERS, SIGNIFICANCE, Search, spread
 from infotraj.diagnosis.sensitivities import Sensitivities
 from infotraj.diagnosis.subsets import SubsetSearch
 from infotraj.diagnosis.sums import Sums
-from infotraj.diagnosis.tolerance import spread, tolerated
+from infotraj.diagnosis.tolerance import tolerated
 from infotraj.diagnosis.unexplained import Unexplained, unexplained
 from infotraj.diagnosis.whitened import blocks, noise_model
 from infotraj.effects import Effect, catalogue

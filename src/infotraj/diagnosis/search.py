@@ -13,6 +13,7 @@ from itertools import combinations, product
 
 import numpy as np
 
+from infotraj.diagnosis.allowance import nuisance, scale_and_spread
 from infotraj.diagnosis.candidates import Candidate, Variant, places, read
 from infotraj.diagnosis.fitting import Fit, beyond_bounds, fit
 from infotraj.diagnosis.noise import PRIOR, estimated, started
@@ -33,6 +34,8 @@ SIGNIFICANCE = 0.98  # of the largest gain that chance gives to any absent effec
 _SHARE = 0.97  # of what the best larger set gains: a smaller set with that much is taken first
 _ROUNDS = 8
 _AT_ONCE = 3
+_EXACT = 0.03  # times ordinary tolerances: the least that is allowed for
+_INEXACT = 0.5  # times ordinary tolerances: above it the search is not repeated for small effects
 _CLEAR = 4.0  # times what matters: a linear rise above it needs no fit to be believed
 
 
@@ -40,7 +43,8 @@ _CLEAR = 4.0  # times what matters: a linear rise above it needs no fit to be be
 class Search:
     """The state of a search.
 
-    trail: what it did, for the verbose output; at_bound: labels of what fits drove to a physical bound, and how;
+    tolerance: how large tolerances are, times ordinary ones; trail: what it did, for the verbose output; at_bound:
+    labels of what fits drove to a physical bound, and how;
     silent: axes on which these flights say nothing, and why.
     """
 
@@ -49,6 +53,7 @@ class Search:
     base: Sensitivities
     rng: np.random.Generator
     matters: float = MATTERS
+    tolerance: float = 1.0
     fits: dict[frozenset[str], Fit | None] = field(default_factory=dict)
     trail: list[str] = field(default_factory=list)
     at_bound: dict[str, str] = field(default_factory=dict)
@@ -155,6 +160,12 @@ def run(search: Search, held: Sequence[Member]) -> Fit:
     second = False
     for _ in range(_ROUNDS):
         more = _additional(search, members, barred | set(search.at_bound))
+        if not more and search.tolerance == 1.0:
+            # How exact the vehicle file is shows when nothing else is left: an exact one hides no small effect.
+            search.tolerance = max(tolerance_scale(search, search.fitted(members)), _EXACT)
+            if search.tolerance < _INEXACT:
+                search.trail.append(f"tolerances times {search.tolerance:.2g}")
+                continue
         if not more:
             if second or not search.at_bound:
                 break
@@ -177,6 +188,16 @@ def run(search: Search, held: Sequence[Member]) -> Fit:
         members = tried
         seen.add(_labels(members))
     return search.fitted(members)
+
+
+def tolerance_scale(search: Search, whole: Fit) -> float:
+    """How large tolerances are on these flights beside a fitted model, times ordinary ones."""
+    return scale_and_spread(*search.linear(whole.members))[0]
+
+
+def spread(search: Search, made: Fit) -> Array:
+    """Variance (p,) that ordinary tolerances give to a fit's numbers, in usual sizes."""
+    return scale_and_spread(*search.linear(made.members))[1]
 
 
 def _labels(members: Sequence[Member]) -> frozenset[str]:
@@ -204,7 +225,8 @@ def _member(members: Sequence[Member], label: str) -> Member:
 def _additional(search: Search, members: Sequence[Member], barred: AbstractSet[str]) -> list[Member]:
     """Members that the residual asks for, by the smallest set that gains nearly as much as larger ones."""
     sums, found = search.linear(members)
-    subsets = SubsetSearch(sums, found)
+    columns, deviation = nuisance(found)
+    subsets = SubsetSearch(sums, found, (columns, search.tolerance * deviation))
     best = subsets.search(_AT_ONCE, without=barred)
     singles = [(i,) for i in range(len(found.choices))]
     # What is still to be found is no noise: the surrogates are made of what the richest model leaves.

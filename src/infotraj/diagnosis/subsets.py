@@ -52,10 +52,30 @@ class Scored:
         return held_out(sums.shifted(held), columns)[0]
 
 
-class SubsetSearch:
-    """Scores sets of choices in addition to the model's members."""
+@dataclass(frozen=True)
+class _Folds:
+    """What is held out fold by fold, per unit of each column's size: training and testing sums, and those of all.
 
-    def __init__(self, sums: Sums, found: Sensitivities) -> None:
+    train, test: (gram, right) a fold; every: of all flights; sure: gain of what is not chosen (tolerances) alone;
+    penalty: the quadratic and linear part, in a set's numbers, of what the tolerances' prior takes off the gain.
+    """
+
+    train: list[tuple[Array, Array]]
+    test: list[tuple[Array, Array]]
+    every: tuple[Array, Array]
+    sure: float
+    penalty: tuple[Array, Array]
+
+
+class SubsetSearch:
+    """Scores sets of choices in addition to the model's members.
+
+    tolerances: columns that are always fitted, and the standard deviations of their numbers about 0 (usual sizes): a
+    set gains what these do not explain, and what their prior loses less. They are eliminated from the sums beforehand
+    (Schur complement), so that sets cost what they cost without them.
+    """
+
+    def __init__(self, sums: Sums, found: Sensitivities, tolerances: tuple[Sequence[int], Array] | None = None) -> None:
         self.found = found
         self.gram, self.right, self.square = sums.total()
         self.fold = sums.fold
@@ -68,6 +88,10 @@ class SubsetSearch:
         self._size = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
         self._gram_of /= self._size[:, None] * self._size
         self._right_of /= self._size
+        columns, deviation = tolerances if tolerances is not None else ([], np.zeros(0))
+        self._tolerated = np.array(columns, dtype=int)
+        self._precision = 1.0 / (np.asarray(deviation) * self._size[self._tolerated]) ** 2
+        self._folds = self._eliminated()
         self._low = np.full(p + 1, -np.inf)
         self._high = np.full(p + 1, np.inf)
         m = list(found.of_members)
@@ -85,6 +109,7 @@ class SubsetSearch:
         step = np.append(theta, 0.0)
         made = copy(self)
         made._right_of = self._right_of - self._gram_of @ (step * self._size)
+        made._folds = made._eliminated()
         made._low, made._high = self._low - step, self._high - step
         return made
 
@@ -96,7 +121,7 @@ class SubsetSearch:
             return []
         width = max(map(len, columns), default=0)
         if width == 0:
-            return [Scored(tuple(s), 0.0, (), np.zeros(0), np.zeros(0, dtype=bool)) for s in sets]
+            return [Scored(tuple(s), self._folds.sure, (), np.zeros(0), np.zeros(0, dtype=bool)) for s in sets]
         none = len(self._size) - 1
         index = np.full((len(sets), width), none)
         for k, c in enumerate(columns):
@@ -133,7 +158,7 @@ class SubsetSearch:
         eye = np.eye(index.shape[1])
         rows, cols = index[:, :, None], index[:, None, :]
         both = free[:, :, None] & free[:, None, :]
-        all_gram, all_right = self._gram_of.sum(axis=0), self._right_of.sum(axis=0)
+        all_gram, all_right = self._folds.every
         filler = ((index == none) | ~free)[:, :, None] * eye + RIDGE * eye
         fixed = not free.all()
 
@@ -142,15 +167,45 @@ class SubsetSearch:
                 return b[index]
             return np.where(free, b[index] - np.einsum("nij,nj->ni", gram[rows, cols], value), value)
 
-        gain = np.zeros(len(index))
-        for g, b in zip(self._gram_of, self._right_of, strict=True):
-            rest = all_gram - g
-            theta = np.linalg.solve(rest[rows, cols] * both + filler, right(rest, all_right - b)[..., None])[..., 0]
+        gain = np.full(len(index), self._folds.sure)
+        for (rest, of_rest), (g, b) in zip(self._folds.train, self._folds.test, strict=True):
+            theta = np.linalg.solve(rest[rows, cols] * both + filler, right(rest, of_rest)[..., None])[..., 0]
             gain += 2 * np.sum(theta * b[index], axis=1) - np.einsum("ni,nij,nj->n", theta, g[rows, cols], theta)
         inverse = np.linalg.inv(all_gram[rows, cols] * both + filler)
         theta = np.einsum("nij,nj->ni", inverse, right(all_gram, all_right))
+        quadratic, linear = self._folds.penalty
+        gain += 2 * np.sum(theta * linear[index], axis=1)
+        gain -= np.einsum("ni,nij,nj->n", theta, quadratic[rows, cols], theta)
         error = np.sqrt(np.maximum(np.einsum("nii->ni", inverse), 0.0))
         return gain, theta / self._size[index], error / self._size[index]
+
+    def _eliminated(self) -> _Folds:
+        t = self._tolerated
+        all_gram, all_right = self._gram_of.sum(axis=0), self._right_of.sum(axis=0)
+        if len(t) == 0:
+            pairs = list(zip(self._gram_of, self._right_of, strict=True))
+            train = [(all_gram - g, all_right - b) for g, b in pairs]
+            return _Folds(train, pairs, (all_gram, all_right), 0.0, (0.0 * all_gram, 0.0 * all_right))
+
+        def reduced(gram: Array, b: Array) -> tuple[Array, Array, Array, Array]:
+            """Sums without tolerances, and how these follow from the rest: tau = alone - along theta."""
+            both = np.linalg.solve(gram[np.ix_(t, t)] + np.diag(self._precision), np.column_stack([gram[t], b[t]]))
+            along, alone = both[:, :-1], both[:, -1]
+            return gram - gram[:, t] @ along, b - gram[:, t] @ alone, along, alone
+
+        train, test, sure = [], [], 0.0
+        for g, b in zip(self._gram_of, self._right_of, strict=True):
+            gram, right, along, alone = reduced(all_gram - g, all_right - b)
+            train.append((gram, right))
+            turn = np.eye(len(g))
+            turn[t] -= along
+            left = b - g[:, t] @ alone
+            test.append((turn.T @ g @ turn, turn.T @ left))
+            sure += float(2 * alone @ b[t] - alone @ g[np.ix_(t, t)] @ alone)
+        gram, right, along, alone = reduced(all_gram, all_right)
+        weighted = along.T * self._precision
+        sure -= float(alone @ (self._precision * alone))
+        return _Folds(train, test, (gram, right), sure, (weighted @ along, weighted @ alone))
 
     def allowed(self, chosen: Sequence[int]) -> bool:
         """Whether no candidate stands twice in a set."""

@@ -16,27 +16,14 @@ from collections.abc import Set
 
 import numpy as np
 
+from infotraj.diagnosis.allowance import nuisance
 from infotraj.diagnosis.fitting import Fit
 from infotraj.diagnosis.search import Search
 from infotraj.diagnosis.sensitivities import Sensitivities
 from infotraj.diagnosis.sums import Sums
 
-# Standard deviations in usual sizes of the effect (Parameter.scale), with what that is.
-TOLERANCES = {
-    "rotor_effectiveness": 1 / 15,  # 1 % of a rotor's thrust
-    "inertia_error": 2 / 15,  # 2 %
-    "com_offset": 1 / 10,  # 0.3 % of an arm
-    "moment_scale": 1 / 30,  # 1 %
-    "rotor_lag": 1 / 30,  # 1 ms
-    "servo_lag": 1 / 30,  # 1 ms
-    "actuation_delay": 1 / 15,  # 1 ms
-    "time_offset": 1 / 10,  # 1 ms
-    "servo_bias": 1 / 10,  # 0.1 deg
-    "imu_misalignment": 1 / 10,  # 0.1 deg
-}
 ALONE = 1.0  # sum of squares, in standard deviations, that is ordinary for one number that deviates alone
 TOGETHER = 10.0  # the same where several do (95 % of chi squared with four to five degrees of freedom)
-_SCALES = (0.03, 0.1, 0.3, 0.6, 1.0, 1.5)  # of all tolerances together
 _EVIDENT = 100.0  # fall of the squared error by tolerances beside the model: more than chance, others deviate too
 
 
@@ -81,46 +68,6 @@ def _beside(search: Search, whole: Fit) -> float:
     gram, right = gram.sum(axis=0)[np.ix_(index, index)], right.sum(axis=0)[index]
     prior = np.concatenate([np.full(len(found.of_members), 1e-6), 1 / deviation**2])
     return float(right @ np.linalg.solve(gram + np.diag(prior), right))
-
-
-def spread(search: Search, made: Fit) -> np.ndarray:
-    """Variance (p,) of a fit's numbers, in usual sizes, that ordinary tolerances of the vehicle file make.
-
-    Each tolerance that the model does not have moves the numbers that are fitted without it. How large they are here is
-    estimated from what the fit leaves (their common scale by marginal likelihood; MacKay 1992): exact files get none.
-    """
-    sums, found = search.linear(made.members)
-    columns, deviation = nuisance(found)
-    own = list(found.of_members)
-    if not columns or not own:
-        return np.zeros(len(own))
-    gram, right, _ = sums.total()
-    gram, right = gram.sum(axis=0), right.sum(axis=0)
-    of_own = gram[np.ix_(own, own)]
-    of_own = of_own + 1e-9 * np.diag(np.diag(of_own)) + 1e-12 * np.eye(len(own))
-    across = gram[np.ix_(own, columns)] * deviation
-    solved = np.linalg.solve(of_own, across)
-    rest = gram[np.ix_(columns, columns)] * np.outer(deviation, deviation) - across.T @ solved
-    pull = right[columns] * deviation - solved.T @ right[own]
-    best = (0.0, 0.0)
-    for scale in _SCALES:
-        inside = np.eye(len(columns)) + scale**2 * rest
-        fit = scale**2 * pull @ np.linalg.solve(inside, pull) - np.linalg.slogdet(inside)[1]
-        best = max(best, (float(fit), scale))
-    return best[1] ** 2 * np.sum(solved**2, axis=1)
-
-
-def nuisance(found: Sensitivities) -> tuple[list[int], np.ndarray]:
-    """Columns that tolerances move, and their standard deviations in usual sizes."""
-    columns, deviation, seen = [], [], set()
-    for choice in found.choices:
-        label = choice.candidate.label
-        if choice.candidate.name not in TOLERANCES or label in seen:
-            continue
-        seen.add(label)
-        columns += list(choice.columns)
-        deviation += [TOLERANCES[choice.candidate.name]] * len(choice.columns)
-    return columns, np.array(deviation)
 
 
 def whole_error(whole: Fit) -> np.ndarray:

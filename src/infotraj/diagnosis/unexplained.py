@@ -14,11 +14,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from infotraj.comparing.floor import white_noise
+from infotraj.diagnosis.allowance import nuisance
 from infotraj.diagnosis.features import BIN, bins, memory, named, random_features
 from infotraj.diagnosis.fitting import Fit
 from infotraj.diagnosis.search import Search
 from infotraj.diagnosis.sums import WINDOW
-from infotraj.diagnosis.tolerance import nuisance
 from infotraj.diagnosis.whitened import noise_model, whiten
 from infotraj.models.interpolation import interpolate
 from infotraj.models.recorded import Samples

@@ -1,0 +1,64 @@
+"""What is ordinary: how far the numbers of any vehicle file are off, and how far they are off on these flights."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from infotraj.diagnosis.sensitivities import Sensitivities
+from infotraj.diagnosis.sums import Sums
+from infotraj.rotations import Array
+
+# Standard deviations in usual sizes of the effect (Parameter.scale), with what that is.
+TOLERANCES = {
+    "rotor_effectiveness": 1 / 15,  # 1 % of a rotor's thrust
+    "inertia_error": 2 / 15,  # 2 %
+    "com_offset": 1 / 10,  # 0.3 % of an arm
+    "moment_scale": 1 / 30,  # 1 %
+    "rotor_lag": 1 / 30,  # 1 ms
+    "servo_lag": 1 / 30,  # 1 ms
+    "actuation_delay": 1 / 15,  # 1 ms
+    "time_offset": 1 / 10,  # 1 ms
+    "servo_bias": 1 / 10,  # 0.1 deg
+    "imu_misalignment": 1 / 10,  # 0.1 deg
+}
+_SCALES = (0.03, 0.1, 0.3, 0.6, 1.0, 1.5)  # of all tolerances together
+
+
+def scale_and_spread(sums: Sums, found: Sensitivities) -> tuple[float, Array]:
+    """How large the tolerances are on these flights, times ordinary ones, and the variance (p,) that they give the fit.
+
+    Each tolerance that the model does not have moves the numbers that are fitted without it. Their common scale is
+    estimated from what the fit leaves, by marginal likelihood (MacKay 1992): exact vehicle files get 0. The variance is
+    that of the members' numbers in usual sizes. sums: of the fitted model and all candidates.
+    """
+    columns, deviation = nuisance(found)
+    own = list(found.of_members)
+    if not columns:
+        return 0.0, np.zeros(len(own))
+    gram, right, _ = sums.total()
+    gram, right = gram.sum(axis=0), right.sum(axis=0)
+    of_own = gram[np.ix_(own, own)]
+    of_own = of_own + 1e-9 * np.diag(np.diag(of_own)) + 1e-12 * np.eye(len(own))
+    across = gram[np.ix_(own, columns)] * deviation
+    solved = np.linalg.solve(of_own, across)
+    rest = gram[np.ix_(columns, columns)] * np.outer(deviation, deviation) - across.T @ solved
+    pull = right[columns] * deviation - solved.T @ right[own]
+    best = (0.0, 0.0)
+    for scale in _SCALES:
+        inside = np.eye(len(columns)) + scale**2 * rest
+        fit = scale**2 * pull @ np.linalg.solve(inside, pull) - np.linalg.slogdet(inside)[1]
+        best = max(best, (float(fit), scale))
+    return best[1], best[1] ** 2 * np.sum(solved**2, axis=1)
+
+
+def nuisance(found: Sensitivities) -> tuple[list[int], Array]:
+    """Columns that tolerances move, and their standard deviations in usual sizes."""
+    columns, deviation, seen = [], [], set()
+    for choice in found.choices:
+        label = choice.candidate.label
+        if choice.candidate.name not in TOLERANCES or label in seen:
+            continue
+        seen.add(label)
+        columns += list(choice.columns)
+        deviation += [TOLERANCES[choice.candidate.name]] * len(choice.columns)
+    return columns, np.array(deviation)
