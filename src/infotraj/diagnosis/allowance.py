@@ -51,6 +51,24 @@ def scale_and_spread(sums: Sums, found: Sensitivities) -> tuple[float, Array]:
     return best[1], best[1] ** 2 * np.sum(solved**2, axis=1)
 
 
+def without_tolerances(sums: Sums, found: Sensitivities, scale: float) -> Sums:
+    """The sums after what tolerances explain beside the members has been taken off the residual.
+
+    scale: how large the tolerances are, times ordinary ones.
+    """
+    columns, deviation = nuisance(found)
+    own = list(found.of_members)
+    if not columns:
+        return sums
+    index = np.array([*own, *columns])
+    prior = np.concatenate([np.full(len(own), 1e-6), 1 / (scale * deviation) ** 2])
+    gram, right, _ = sums.total()
+    found_numbers = np.linalg.solve(gram.sum(axis=0)[np.ix_(index, index)] + np.diag(prior), right.sum(axis=0)[index])
+    theta = np.zeros(gram.shape[-1])
+    theta[columns] = found_numbers[len(own) :]
+    return sums.shifted(theta)
+
+
 def nuisance(found: Sensitivities) -> tuple[list[int], Array]:
     """Columns that tolerances move, and their standard deviations in usual sizes."""
     columns, deviation, seen = [], [], set()

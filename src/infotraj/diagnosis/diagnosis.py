@@ -12,6 +12,7 @@ import numpy as np
 from infotraj.comparing.statistics import Statistics
 from infotraj.diagnosis import premises, refusal
 from infotraj.diagnosis import search as searching
+from infotraj.diagnosis.allowance import without_tolerances
 from infotraj.diagnosis.candidates import Candidate, candidates, places
 from infotraj.diagnosis.evidence import Evidence, evidence, standard_errors
 from infotraj.diagnosis.fitting import Fit, beyond_bounds
@@ -165,6 +166,7 @@ def _held(effect: Effect, flight: Flight, vehicle: Vehicle) -> Member:
 
 def _findings(search, whole, order, known, hidden, ordinary, left, refused, rng) -> tuple[Finding, ...]:
     sums, found = search.linear(whole.members)
+    sums = without_tolerances(sums, found, search.tolerance)
     subsets = SubsetSearch(sums, found)
     singles = [(i,) for i in range(len(found.choices))]
     chance = float(np.quantile(null_gains(sums, found, singles, rng), SIGNIFICANCE)) if singles else 0.0

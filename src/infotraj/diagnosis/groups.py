@@ -39,8 +39,8 @@ def group(
     """The group of one member of the model `whole`. order: names of the catalogue, which decides among equals."""
     rest = tuple(m for m in whole.members if m.candidate.label != member.candidate.label)
     label = member.candidate.label
-    maybe = (screen or Screen(search, whole)).passed({label}, share=0.3)
-    others = alternatives(search, rest, {label}, whole.cost, share=0.5) if maybe else []
+    maybe = (screen or Screen(search, whole)).passed({label}, share=0.4)
+    others = alternatives(search, rest, {label}, whole.cost, 0.5, maybe) if maybe else []
     mine = heldout_error(whole)
     best = min([mine.sum(), *(heldout_error(f).sum() for f in others)])
     best_error = mine if mine.sum() <= best else min((heldout_error(f) for f in others), key=np.sum)

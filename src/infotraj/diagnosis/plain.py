@@ -25,6 +25,10 @@ class Plain:
     right: Array
     square: Array
 
+    def shifted(self, theta: Array) -> Plain:
+        """The same after the residual has become r - S theta."""
+        return Plain(self.gram, self.right - self.gram @ theta, self.error(theta))
+
     def error(self, theta: Array) -> Array:
         """Mean squared error (axes,) after the residual has become r - S theta."""
         return self.square - 2 * self.right @ theta + np.einsum("aij,i,j->a", self.gram, theta, theta)

@@ -352,10 +352,11 @@ def _replaced(search: Search, members: tuple[Member, ...]) -> tuple[Member, ...]
     for size in (2, 1):
         for out in combinations(free, size):
             labels = {m.candidate.label for m in out}
-            if not screen.passed(labels, share=0.5):
+            maybe = screen.passed(labels, share=0.5)
+            if not maybe:
                 continue
             rest = tuple(m for m in members if m.candidate.label not in labels)
-            for other in alternatives(search, rest, labels, whole.cost, share=0.8):
+            for other in alternatives(search, rest, labels, whole.cost, 0.8, maybe):
                 better = whole.cost - other.cost
                 count = sum(m.candidate.count(search.observation.vehicle) for m in out)
                 new = other.members[-1]
@@ -375,24 +376,36 @@ class Screen:
     def __init__(self, search: Search, whole: Fit) -> None:
         self._whole, self._vehicle = whole, search.observation.vehicle
         sums, self._found = search.linear(whole.members)
-        self._subsets = SubsetSearch(sums, self._found)
+        columns, deviation = nuisance(self._found)
+        self._subsets = SubsetSearch(sums, self._found, (columns, search.tolerance * deviation))
         self._open = [i for i, c in enumerate(self._found.choices) if c.candidate.label not in search.at_bound]
 
-    def passed(self, labels: AbstractSet[str], share: float) -> bool:
-        """Whether one absent effect regains `share` of what the members with these labels explain."""
+    def passed(self, labels: AbstractSet[str], share: float) -> frozenset[str]:
+        """Labels of absent effects that regain `share` of what the members with these labels explain.
+
+        Both explain it beside ordinary tolerances: an effect that takes up the clutter instead is no alternative.
+        """
         theta, mine = departure(self._whole, labels, self._vehicle)
         moved = self._subsets.moved(np.concatenate([theta, np.zeros(self._subsets.width - len(theta))]))
         rest = [c for c in self._found.of_members if c not in mine]
         every = list(self._found.of_members)
         base, own = moved.score([()], rest)[0].gain, moved.score([()], every)[0].gain
         singles = moved.score([(i,) for i in self._open], rest)
-        return any(s.gain - base > share * (own - base) for s in singles)
+        good = [s.chosen[0] for s in singles if s.gain - base > share * (own - base)]
+        return frozenset(self._found.choices[i].candidate.label for i in good)
 
 
-def alternatives(search: Search, rest: tuple[Member, ...], labels: set[str], cost: float, share: float) -> list[Fit]:
+def alternatives(
+    search: Search,
+    rest: tuple[Member, ...],
+    labels: set[str],
+    cost: float,
+    share: float,
+    maybe: AbstractSet[str],
+) -> list[Fit]:
     """Fits of `rest` with one absent effect, for those whose linear gain comes near what was there, best first.
 
-    labels: what was taken out; cost: the squared error of the model that had it.
+    labels: what was taken out; cost: the squared error of the model that had it; maybe: labels of what to try.
     """
     without = search.fitted(rest)
     if without is None:
@@ -400,7 +413,7 @@ def alternatives(search: Search, rest: tuple[Member, ...], labels: set[str], cos
     sums, found = search.linear(rest)
     subsets = SubsetSearch(sums, found)
     left = labels | set(search.at_bound)
-    mine = [i for i, c in enumerate(found.choices) if c.candidate.label not in left]
+    mine = [i for i, c in enumerate(found.choices) if c.candidate.label in maybe and c.candidate.label not in left]
     base = subsets.score([()])[0].gain
     own = [[i for i, c in enumerate(found.choices) if c.candidate.label == label] for label in sorted(labels)]
     linear = max((s.gain - base for s in subsets.score(list(product(*own)))), default=np.inf)

@@ -7,7 +7,7 @@ small solve (the normal equations of weighted least squares; the residual and th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -46,7 +46,8 @@ class Sums:
         """The same sums after the residual has become r - S theta."""
         along = np.einsum("abij,j->abi", self.gram, theta)
         square = self.square - 2 * self.right @ theta + along @ theta
-        return Sums(self.gram, self.right - along, square, self.windows, self.axes, self.fold, self.flight)
+        plain = None if self.plain is None else self.plain.shifted(theta)
+        return replace(self, right=self.right - along, square=square, plain=plain)
 
     def restricted(self, columns: Sequence[int]) -> Sums:
         """The sums of some columns."""
