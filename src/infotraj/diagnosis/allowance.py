@@ -21,6 +21,7 @@ TOLERANCES = {
     "servo_bias": 1 / 10,  # 0.1 deg
     "imu_misalignment": 1 / 10,  # 0.1 deg
 }
+_MOST = 3.0  # standard deviations that are ordinary
 _SCALES = (0.03, 0.1, 0.3, 0.6, 1.0, 1.5)  # of all tolerances together
 
 
@@ -51,17 +52,41 @@ def scale_and_spread(sums: Sums, found: Sensitivities) -> tuple[float, Array]:
     return best[1], best[1] ** 2 * np.sum(solved**2, axis=1)
 
 
+def ordinary(sums: Sums, found: Sensitivities, scale: float) -> tuple[list[int], Array]:
+    """Columns of the tolerances, and their standard deviations, without those that would have to be extraordinary.
+
+    What asks for more than three standard deviations is no tolerance but may be an effect: the worst goes first, and
+    with it all numbers of its candidate. scale: how large tolerances are, times ordinary ones.
+    """
+    columns, deviation = nuisance(found)
+    deviation = scale * deviation
+    owner = {c: choice.candidate.label for choice in found.choices for c in choice.columns}
+    own = list(found.of_members)
+    gram, right, _ = sums.total()
+    gram, right = gram.sum(axis=0), right.sum(axis=0)
+    while columns:
+        index = np.array([*own, *columns])
+        prior = np.concatenate([np.full(len(own), 1e-6), 1 / deviation**2])
+        numbers = np.linalg.solve(gram[np.ix_(index, index)] + np.diag(prior), right[index])[len(own) :]
+        worst = int(np.argmax(np.abs(numbers / deviation)))
+        if abs(numbers[worst] / deviation[worst]) <= _MOST:
+            break
+        kept = [k for k, c in enumerate(columns) if owner[c] != owner[columns[worst]]]
+        columns, deviation = [columns[k] for k in kept], deviation[kept]
+    return columns, deviation
+
+
 def without_tolerances(sums: Sums, found: Sensitivities, scale: float) -> Sums:
     """The sums after what tolerances explain beside the members has been taken off the residual.
 
     scale: how large the tolerances are, times ordinary ones.
     """
-    columns, deviation = nuisance(found)
+    columns, deviation = ordinary(sums, found, scale)
     own = list(found.of_members)
     if not columns:
         return sums
     index = np.array([*own, *columns])
-    prior = np.concatenate([np.full(len(own), 1e-6), 1 / (scale * deviation) ** 2])
+    prior = np.concatenate([np.full(len(own), 1e-6), 1 / deviation**2])
     gram, right, _ = sums.total()
     found_numbers = np.linalg.solve(gram.sum(axis=0)[np.ix_(index, index)] + np.diag(prior), right.sum(axis=0)[index])
     theta = np.zeros(gram.shape[-1])

@@ -136,9 +136,8 @@ def diagnose(
     )
     findings = _findings(search, whole, list(catalog), known, hidden, ordinary, left, refused, rng)
     supported, chosen = _supported(findings, whole, search)
-    final = whole
-    if not {m.candidate.label for m in chosen} <= {m.candidate.label for m in whole.members}:
-        final = search.fitted([*(m for m in whole.members if m.held or m.candidate.label in ordinary), *chosen])
+    # The model that is given is fitted as it is given: without what else the search had taken.
+    final = search.fitted([*(m for m in whole.members if m.held), *chosen]) if chosen else whole
     labels = {m.candidate.label for m in (*held, *chosen)}
     added = [m for m in final.members if m.candidate.label in labels]
     after_model = Model(vehicle, [m.effect for m in added]) if chosen else model
@@ -146,10 +145,31 @@ def diagnose(
     after = refusal.errors(after_model, flights, start, stop) if chosen else before
     widen = _WIDEN if left.found else 1.0
     numbers = zip(final.members, fitted_numbers(final, vehicle, widen, spread(search, final)), strict=True)
+    numbers = list(numbers)
     errors = tuple(e for m, e in numbers if m.candidate.label in labels) if chosen else ()
+    findings = _as_given(findings, numbers)
     return Diagnosis(
         findings, supported, left, refused, before, after, after_model, errors, observation.samples, search, whole
     )
+
+
+def _as_given(findings: tuple[Finding, ...], numbers: list) -> tuple[Finding, ...]:
+    """The findings with the numbers of the model that is given, where they are in it."""
+    given: dict[str, list[tuple[dict, dict]]] = {}
+    for m, errors in numbers:
+        given.setdefault(m.candidate.name, []).append((_values(m), errors))
+    out = []
+    for f in findings:
+        mine = given.get(f.name, []) if f.verdict in ("Supported", "Not separable") else []
+        same = [
+            pair for pair in mine if all(pair[0].get(k) == v for k, v in f.parameters.items() if isinstance(v, int))
+        ]
+        if same:
+            f = replace(f, parameters=same[0][0], standard_errors=same[0][1])
+        if len(mine) > 1 and f.instances:
+            f = replace(f, instances=tuple(values for values, _ in mine))
+        out.append(f)
+    return tuple(out)
 
 
 def held_members(model: Model, flight: Flight) -> tuple[Member, ...]:

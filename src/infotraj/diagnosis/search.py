@@ -13,7 +13,7 @@ from itertools import combinations, product
 
 import numpy as np
 
-from infotraj.diagnosis.allowance import nuisance, scale_and_spread
+from infotraj.diagnosis.allowance import ordinary, scale_and_spread
 from infotraj.diagnosis.candidates import Candidate, Variant, places, read
 from infotraj.diagnosis.fitting import Fit, beyond_bounds, fit
 from infotraj.diagnosis.noise import PRIOR, estimated, started
@@ -225,8 +225,7 @@ def _member(members: Sequence[Member], label: str) -> Member:
 def _additional(search: Search, members: Sequence[Member], barred: AbstractSet[str]) -> list[Member]:
     """Members that the residual asks for, by the smallest set that gains nearly as much as larger ones."""
     sums, found = search.linear(members)
-    columns, deviation = nuisance(found)
-    subsets = SubsetSearch(sums, found, (columns, search.tolerance * deviation))
+    subsets = SubsetSearch(sums, found, ordinary(sums, found, search.tolerance))
     best = subsets.search(_AT_ONCE, without=barred)
     singles = [(i,) for i in range(len(found.choices))]
     # What is still to be found is no noise: the surrogates are made of what the richest model leaves.
@@ -376,8 +375,7 @@ class Screen:
     def __init__(self, search: Search, whole: Fit) -> None:
         self._whole, self._vehicle = whole, search.observation.vehicle
         sums, self._found = search.linear(whole.members)
-        columns, deviation = nuisance(self._found)
-        self._subsets = SubsetSearch(sums, self._found, (columns, search.tolerance * deviation))
+        self._subsets = SubsetSearch(sums, self._found, ordinary(sums, self._found, search.tolerance))
         self._open = [i for i, c in enumerate(self._found.choices) if c.candidate.label not in search.at_bound]
 
     def passed(self, labels: AbstractSet[str], share: float) -> frozenset[str]:

@@ -11,14 +11,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from infotraj.comparing.floor import white_noise
-from infotraj.diagnosis.features import BIN
 from infotraj.diagnosis.plain import binned
 from infotraj.diagnosis.residual import FlightSamples, measured_change
 from infotraj.rotations import Array
 
 LEAST = 0.5  # of the variance of the measured change of rate, by all effects together
-_ABOVE_FLOOR = 3.0
 _PRIOR = 3.0  # usual sizes
 
 
@@ -61,7 +58,5 @@ def _explained(x: Array) -> float | None:
     gram = columns.T @ columns
     ridge = np.mean(r**2) * np.eye(len(gram)) / _PRIOR**2
     left = r - columns @ np.linalg.solve(gram + ridge, columns.T @ r)
-    floor = float(white_noise(BIN * np.arange(len(left)), left[:, None])[0])
     share = 1.0 - float(np.mean(left**2)) / max(variance, 1e-300)
-    loud = np.mean(r**2) > (_ABOVE_FLOOR * floor) ** 2
-    return share if share < LEAST and loud else None
+    return share if share < LEAST else None
