@@ -373,7 +373,9 @@ def _usual_rise(gram: Array, found: Sensitivities, index: int) -> float:
         column[c] = 1.0
         if own:
             block = total[np.ix_(own, own)]
-            column[own] = -np.linalg.solve(block + 1e-9 * np.diag(np.diag(block)), total[own, c])
+            column[own] = -np.linalg.solve(
+                block + 1e-9 * np.diag(np.diag(block)) + 1e-12 * np.eye(len(own)), total[own, c]
+            )
         rise = np.einsum("aij,i,j->a", gram, column, column)
         best = max(best, float(rise.max()))
     return best

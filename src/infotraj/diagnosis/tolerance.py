@@ -84,7 +84,8 @@ def least_tolerance(
     prior = np.concatenate([np.zeros(len(own)), 1.0 / deviation**2])
     gram = sums.gram.sum(axis=1)[:, index[:, None], index]
     right, square = sums.right.sum(axis=1)[:, index], sums.square.sum(axis=1)
-    total = gram.sum(axis=0) + 1e-9 * np.diag(np.diag(gram.sum(axis=0)))
+    total = gram.sum(axis=0)
+    total = total + 1e-9 * np.diag(np.diag(total)) + 1e-9 * np.eye(len(total))
     for weight in 10.0 ** np.arange(8, -3, -0.5):
         theta = np.linalg.solve(total + np.diag(weight * prior), right.sum(axis=0))
         error = square - 2 * right @ theta + np.einsum("aij,i,j->a", gram, theta, theta)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 
 from infotraj.diagnosis.residual import FlightSamples
 from infotraj.diagnosis.whitening import Whitener, estimate
@@ -14,19 +16,34 @@ from infotraj.rotations import Array
 
 Noise = dict[str, tuple[Whitener, Whitener, Whitener]]
 BLOCK = 2.0  # s
+SLOW = 2.0  # s: neighbours further apart are taken as independent, blocks too
 MOST_BLOCKS = 96
 
 
 def noise_model(samples: Sequence[FlightSamples], residuals: Sequence[list[Array]]) -> Noise:
-    """A whitener for each axis of each channel key, from residuals (one list a flight, one (m, 3) a channel)."""
+    """A whitener for each axis of each channel key, from residuals (one list a flight, one (m, 3) a channel).
+
+    What changes more slowly than within SLOW is no noise here: it is an error that has a name or is unexplained. Taken
+    for noise that wanders, it would make itself invisible.
+    """
     gathered: dict[str, list[tuple[Array, NDArray, bool]]] = {}
     for s, flight in zip(samples, residuals, strict=True):
         for channel, values in zip(s.channels, flight, strict=True):
-            gathered.setdefault(channel.key, []).append((values, channel.run, channel.difference))
+            fast = values - _moving_mean(values, channel.run, round(SLOW / channel.step))
+            gathered.setdefault(channel.key, []).append((fast, channel.run, channel.difference))
     return {
         key: tuple(estimate([v[:, i] for v, _, _ in parts], [r for _, r, _ in parts], parts[0][2]) for i in range(3))
         for key, parts in gathered.items()
     }
+
+
+def _moving_mean(values: Array, run: NDArray, window: int) -> Array:
+    """Means (m, 3) over `window` samples about each, within each run."""
+    out = np.empty_like(values)
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(run)) + 1, [len(run)]])
+    for a, b in pairwise(starts):
+        out[a:b] = uniform_filter1d(values[a:b], min(max(window, 1), b - a), axis=0, mode="nearest")
+    return out
 
 
 def whiten(samples: FlightSamples, noise: Noise, values: Sequence[Array]) -> list[Array]:
