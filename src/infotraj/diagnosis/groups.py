@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from infotraj.diagnosis.candidates import Candidate
 from infotraj.diagnosis.evidence import resampled
 from infotraj.diagnosis.fitting import Fit
 from infotraj.diagnosis.observation import Member
@@ -40,7 +41,9 @@ def group(
     rest = tuple(m for m in whole.members if m.candidate.label != member.candidate.label)
     label = member.candidate.label
     maybe = (screen or Screen(search, whole)).passed({label}, share=0.4)
-    others = alternatives(search, rest, {label}, whole.cost, 0.5, maybe) if maybe else []
+    lags = frozenset(c.label for c in search.known if _shifts(c)) if _shifts(member.candidate) else frozenset()
+    tried = bool(maybe or lags)
+    others = alternatives(search, rest, {label}, whole.cost, 0.5, maybe, lags) if tried else []
     mine = heldout_error(whole)
     best = min([mine.sum(), *(heldout_error(f).sum() for f in others)])
     best_error = mine if mine.sum() <= best else min((heldout_error(f) for f in others), key=np.sum)
@@ -60,3 +63,8 @@ def group(
     names: set[str] = set()
     unique = [pair for pair in equal if not (pair[0].candidate.name in names or names.add(pair[0].candidate.name))]
     return Group(tuple(m for m, _ in unique), tuple(f for _, f in unique), tuple(rivals))
+
+
+def _shifts(candidate: Candidate) -> bool:
+    """Whether an effect does little but shift things in time: a linearisation cannot say how alike two of them are."""
+    return candidate.name in ("actuation_delay", "rotor_lag", "servo_lag", "time_offset")

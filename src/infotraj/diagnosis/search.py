@@ -74,6 +74,27 @@ class Search:
         self.observation = estimated(self.observation, joint, rounds=1)
         self.fits = {}
 
+    def rebased(self, members: Sequence[Member]) -> None:
+        """Linearises the candidates anew around the model with `members`.
+
+        What the members themselves would be beside themselves, and what was scanned for, keeps its columns.
+        """
+        o, old = self.observation, self.base
+        taken = {m.candidate.label for m in members}
+        absent = [c for c in self.known if c.label not in taken and shape_of(c, o) is None]
+        fresh = sensitivities(o, members, absent)
+        labels = {c.candidate.label for c in fresh.choices}
+        kept = [c for c in old.choices if c.candidate.label not in labels]
+        columns = [i for c in kept for i in c.columns]
+        joint = [
+            [np.concatenate([a, b[:, :, [1 + i for i in columns]]], axis=2) for a, b in zip(new, before, strict=True)]
+            for new, before in zip(fresh.joint, old.joint, strict=True)
+        ]
+        first = fresh.joint[0][0].shape[2] - 1
+        moved = [replace(c, columns=tuple(first + columns.index(i) for i in c.columns)) for c in kept]
+        self.base = replace(fresh, choices=(*fresh.choices, *moved), joint=joint)
+        self._white = self._binned = None
+
     def joint(self, members: Sequence[Member]) -> tuple[list[list[Array]], Sensitivities]:
         """Residual of the model with `members`, their columns, and the candidates' of the base model."""
         own, found = self._own(members)
@@ -185,6 +206,8 @@ def run(search: Search, held: Sequence[Member]) -> Fit:
             barred |= back
         else:
             barred = set()
+        if _reshaping(tried) != _reshaping(members):
+            search.rebased(search.fitted(tried).members)
         members = tried
         seen.add(_labels(members))
     return search.fitted(members)
@@ -198,6 +221,11 @@ def tolerance_scale(search: Search, whole: Fit) -> float:
 def spread(search: Search, made: Fit) -> Array:
     """Variance (p,) that ordinary tolerances give to a fit's numbers, in usual sizes."""
     return scale_and_spread(*search.linear(made.members))[1]
+
+
+def _reshaping(members: Sequence[Member]) -> frozenset[str]:
+    """Labels of members that change the shape of what other effects do: lags, delays, limits, shifts of time."""
+    return frozenset(m.candidate.label for m in members if m.candidate.cls.place in ("actuators", "measurement"))
 
 
 def _labels(members: Sequence[Member]) -> frozenset[str]:
@@ -400,10 +428,12 @@ def alternatives(
     cost: float,
     share: float,
     maybe: AbstractSet[str],
+    always: AbstractSet[str] = frozenset(),
 ) -> list[Fit]:
     """Fits of `rest` with one absent effect, for those whose linear gain comes near what was there, best first.
 
-    labels: what was taken out; cost: the squared error of the model that had it; maybe: labels of what to try.
+    labels: what was taken out; cost: the squared error of the model that had it; maybe: labels of what to try;
+    always: labels that are fitted whatever the linear gain says, from their usual size.
     """
     without = search.fitted(rest)
     if without is None:
@@ -430,4 +460,9 @@ def alternatives(
         made = search.fitted((*rest, Member(choice.candidate, start)))
         if made is not None:
             fits.append(made)
+    vehicle = search.observation.vehicle
+    for c in search.known:
+        if c.label in always and c.label not in done | left:
+            made = search.fitted((*rest, Member(c, c.at(c.cls.starts(vehicle, c.form)[0]))))
+            fits += [] if made is None else [made]
     return sorted(fits, key=lambda f: f.cost)

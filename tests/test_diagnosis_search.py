@@ -1,0 +1,81 @@
+"""The search: numbers held at bounds, tolerances beside it, axes that say nothing, noise that wanders."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from infotraj.diagnosis.silent import _explained
+from infotraj.diagnosis.subsets import SubsetSearch
+from infotraj.diagnosis.sums import Sums
+from infotraj.diagnosis.whitened import _moving_mean
+
+
+def sums_of(columns, residual, blocks=8):
+    """Sums of one axis over `blocks` blocks of equal length, each its own fold."""
+    parts = np.array_split(np.arange(len(residual)), blocks)
+    gram = np.array([[columns[i].T @ columns[i] for i in parts]])
+    right = np.array([[columns[i].T @ residual[i] for i in parts]])
+    square = np.array([[residual[i] @ residual[i] for i in parts]])
+    fold = np.arange(blocks)
+    return Sums(gram, right, square, np.ones((1, blocks)), ("fx",), fold, fold)
+
+
+def candidates_of(count, low=-10.0, high=10.0):
+    """One candidate a column, absent at 0, of usual size 1."""
+    choices = tuple(
+        SimpleNamespace(
+            columns=(i,),
+            candidate=SimpleNamespace(label=f"c{i}", name=f"c{i}"),
+            now=np.zeros(1),
+            scale=np.ones(1),
+            low=np.array([low]),
+            high=np.array([high]),
+        )
+        for i in range(count)
+    )
+    empty = np.zeros(0)
+    return SimpleNamespace(of_members=(), now=empty, scale=empty, low=empty, high=empty, choices=choices)
+
+
+def test_a_number_is_held_at_its_bound():
+    rng = np.random.default_rng(0)
+    columns = rng.standard_normal((800, 2))
+    residual = 3.0 * columns[:, 0] + 0.5 * columns[:, 1] + 0.1 * rng.standard_normal(800)
+    subsets = SubsetSearch(sums_of(columns, residual), candidates_of(2, high=1.0))
+    both = subsets.score([(0, 1)])[0]
+    assert both.theta == pytest.approx([1.0, 0.5], abs=0.2)
+    assert list(both.free) == [False, True]
+    assert np.isfinite(both.gain)
+    assert both.gain > subsets.score([(1,)])[0].gain
+
+
+@pytest.mark.parametrize(("true", "gains"), [(1.0, False), (8.0, True)])
+def test_a_candidate_gains_what_its_tolerance_does_not_explain(true, gains):
+    rng = np.random.default_rng(1)
+    columns = 100.0 * rng.standard_normal((800, 1))
+    residual = 0.01 * true * columns[:, 0] + rng.standard_normal(800)
+    subsets = SubsetSearch(sums_of(columns, residual), candidates_of(1), ([0], np.array([0.01])))
+    gain = subsets.score([(0,)])[0].gain - subsets.score([()])[0].gain
+    # In units of the noise: the square of the number over its tolerance, however many samples there are.
+    assert gain == pytest.approx(true**2, abs=0.25 * true**2 + 1.0)
+    assert (gain > 15.0) == gains
+
+
+def test_an_axis_that_no_column_explains_is_silent():
+    rng = np.random.default_rng(2)
+    measured, columns = rng.standard_normal(500), rng.standard_normal((500, 3))
+    unrelated = np.column_stack([measured, measured - 3.0 * rng.standard_normal(500), columns])
+    assert _explained(unrelated) < 0.2
+    wrong_by_a_column = np.column_stack([measured, 2.0 * columns[:, 0], columns])
+    assert _explained(wrong_by_a_column) is None
+
+
+def test_slow_errors_are_taken_off_before_the_noise_is_estimated():
+    t = 0.01 * np.arange(3000)
+    rng = np.random.default_rng(3)
+    noise = rng.standard_normal((3000, 1))
+    slow = 50.0 * np.sin(0.2 * t)[:, None]
+    run = (t > 12.0).astype(int)
+    left = slow + noise - _moving_mean(slow + noise, run, 200)
+    assert np.std(left[300:900] - noise[300:900]) < 0.7
