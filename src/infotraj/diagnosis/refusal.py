@@ -13,7 +13,7 @@ from infotraj.diagnosis.premises import PREMISES
 from infotraj.flight import Flight
 from infotraj.models import Model
 
-LEAST_EXPLAINED = 0.3  # of the variance of the measured side: below it the prediction is no explanation
+LEAST_EXPLAINED = 0.1  # of the variance of the measured side: below it the prediction is no explanation
 _ABOVE_FLOOR = 3.0  # an error that near the floor is small, whatever it explains
 
 
@@ -40,9 +40,10 @@ def unanswered(
             what = f"force along {axis[1]}" if axis[0] == "f" else f"torque about {axis[1]}"
             share = f"the prediction explains {max(after.explained[i], 0.0):.0%} of the measured {what}"
             found[axis] = f"{share}: flights and vehicle file do not agree there (spin, order of rotors, time stamps)"
-    if model.vehicle.tilts and any(axis[0] == "t" for axis in found):
+    worse = [a for i, a in enumerate(AXES) if a[0] == "t" and a in found and after.explained[i] < 0.0]
+    if model.vehicle.tilts and worse:
         # Rotors that tilt make every force and torque together: where one torque is not theirs, no axis is sure.
-        found = {"commands": next(why for axis, why in found.items() if axis[0] == "t"), **found}
+        found = {"commands": found[worse[0]], **found}
     return found
 
 

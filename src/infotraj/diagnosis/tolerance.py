@@ -29,6 +29,9 @@ _EVIDENT = 100.0  # fall of the squared error by tolerances beside the model: mo
 
 def tolerated(search: Search, whole: Fit) -> frozenset[str]:
     """Labels of the members of the fitted model `whole` that tolerances explain, all of them together."""
+    if search.tolerance < 1.0:
+        # The flights showed the vehicle file to be exact: what is off is off on its own.
+        return frozenset()
     alone = {}
     for m in whole.members:
         if not m.held:
@@ -51,6 +54,7 @@ def _least(search: Search, whole: Fit, labels: Set[str]) -> float:
         return float("inf")
     sums, found = search.linear(out.members)
     columns, deviation = nuisance(found)
+    deviation = search.tolerance * deviation
     if not columns:
         return float("inf")
     allowed = search.matters * whole.sums.windows.sum(axis=1) + whole_error(whole)
@@ -61,6 +65,7 @@ def _beside(search: Search, whole: Fit) -> float:
     """Fall of the squared error of the fitted model when tolerances are fitted beside it."""
     sums, found = search.linear(whole.members)
     columns, deviation = nuisance(found)
+    deviation = search.tolerance * deviation
     index = [*found.of_members, *columns]
     if not columns:
         return 0.0
