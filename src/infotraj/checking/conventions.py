@@ -173,13 +173,15 @@ def _understood(table: Table, best: Joint, at: int, changed: list[str]) -> bool:
 
 
 def _harmless(table: Table, declared: Joint, at: int, changed: list[str]) -> bool:
-    """Whether the declared reading explains the force that would be read anew, to within the noise of good sensors.
+    """Whether a change of the force's reading alone is not worth a rejection.
 
     The force of a vehicle that hardly tilts is nearly the same in both frames: small errors of the motion capture can
-    then favour the wrong one, and a right log must not be rejected for that.
+    then favour the wrong one. Where the position says nothing about acceleration, gravity alone is compared, and the
+    thrust of a multirotor with fixed rotors, always along its own z axis, looks like gravity in the world frame.
     """
-    only_force = "force" in table.identities and all(f.startswith("force") for f in changed)
-    return only_force and table.identities["force"].rms(at, declared.force) < HARMLESS_FORCE
+    if "force" not in table.identities or not all(f.startswith("force") for f in changed):
+        return False
+    return declared.pose.unit == NOISE or table.identities["force"].rms(at, declared.force) < HARMLESS_FORCE
 
 
 def _moves(table: Table, best: Joint, at: int) -> bool:
