@@ -29,7 +29,9 @@ def noise_model(samples: Sequence[FlightSamples], residuals: Sequence[list[Array
     gathered: dict[str, list[tuple[Array, NDArray, bool]]] = {}
     for s, flight in zip(samples, residuals, strict=True):
         for channel, values in zip(s.channels, flight, strict=True):
-            fast = values - _moving_mean(values, channel.run, round(SLOW / channel.step))
+            # A mean taken off differences of noise would wander when the whitening adds them up.
+            slow = 0.0 if channel.difference else _moving_mean(values, channel.run, round(SLOW / channel.step))
+            fast = values - slow
             gathered.setdefault(channel.key, []).append((fast, channel.run, channel.difference))
     return {
         key: tuple(estimate([v[:, i] for v, _, _ in parts], [r for _, r, _ in parts], parts[0][2]) for i in range(3))
