@@ -5,19 +5,20 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from infotraj.diagnosis.null import null_gains
 from infotraj.diagnosis.silent import _explained
 from infotraj.diagnosis.subsets import SubsetSearch
-from infotraj.diagnosis.sums import Sums
+from infotraj.diagnosis.sums import Sums, held_out
 from infotraj.diagnosis.whitened import _moving_mean
 
 
-def sums_of(columns, residual, blocks=8):
-    """Sums of one axis over `blocks` blocks of equal length, each its own fold."""
+def sums_of(columns, residual, blocks=8, folds=8):
+    """Sums of one axis over `blocks` blocks of equal length, in `folds` folds."""
     parts = np.array_split(np.arange(len(residual)), blocks)
     gram = np.array([[columns[i].T @ columns[i] for i in parts]])
     right = np.array([[columns[i].T @ residual[i] for i in parts]])
     square = np.array([[residual[i] @ residual[i] for i in parts]])
-    fold = np.arange(blocks)
+    fold = np.arange(blocks) * folds // blocks
     return Sums(gram, right, square, np.ones((1, blocks)), ("fx",), fold, fold)
 
 
@@ -60,6 +61,39 @@ def test_a_candidate_gains_what_its_tolerance_does_not_explain(true, gains):
     # In units of the noise: the square of the number over its tolerance, however many samples there are.
     assert gain == pytest.approx(true**2, abs=0.25 * true**2 + 1.0)
     assert (gain > 15.0) == gains
+
+
+def one_flight_only(rng, leak):
+    """Two columns of which the second shows in the third of four flights; elsewhere it is `leak` of that."""
+    columns = rng.standard_normal((1600, 2))
+    columns[:, 1] *= np.where(np.arange(1600) // 400 == 2, 1.0, leak)
+    # A slow error elsewhere that happens to look like the second column a little.
+    wrong = np.where(np.arange(1600) // 400 == 2, 0.0, 30.0 * leak * columns[:, 1])
+    return columns, columns @ [1.0, 2.0] + wrong + rng.standard_normal(1600)
+
+
+@pytest.mark.parametrize("leak", [0.0, 0.01, 0.03])
+def test_what_shows_in_one_flight_only_is_confirmed_within_it(leak):
+    columns, residual = one_flight_only(np.random.default_rng(4), leak)
+    sums = sums_of(columns, residual, blocks=32, folds=4)
+    gain = (held_out(sums, [0])[0] - held_out(sums)[0]).sum()
+    # In units of the noise: what the column explains in its flight, less what estimating it twice costs.
+    assert gain == pytest.approx(4.0 * 400, rel=0.15)
+    subsets = SubsetSearch(sums, candidates_of(2))
+    assert subsets.score([(0, 1)])[0].gain - subsets.score([(0,)])[0].gain == pytest.approx(gain, rel=1e-3)
+    theta = held_out(sums)[1]
+    own = theta[sums.fold == 2]
+    assert len(np.unique(np.round(own[:, 1], 9))) == 2
+    assert own[:, 1] == pytest.approx(2.0, abs=0.5)
+
+
+def test_what_shows_in_one_flight_only_gains_nothing_by_chance():
+    rng = np.random.default_rng(5)
+    columns, _ = one_flight_only(rng, 0.01)
+    sums = sums_of(columns, rng.standard_normal(1600), blocks=32, folds=4)
+    gains = null_gains(sums, candidates_of(2), [(1,)], rng)
+    assert gains.mean() < 0.0
+    assert (held_out(sums, [0])[0] - held_out(sums)[0]).sum() < np.quantile(gains, 0.99)
 
 
 def test_an_axis_that_no_column_explains_is_silent():

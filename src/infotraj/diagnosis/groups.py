@@ -54,9 +54,10 @@ def group(
         error = heldout_error(other)
         worse = np.mean(draws @ (error - best_error).sum(axis=0) > 0)
         at_bound = other is not whole and bool(other.at_bound[-new.candidate.count(search.observation.vehicle) :].all())
-        if (worse <= WITHIN or error.sum() - best_error.sum() < 1.0) and not at_bound:
+        # What the fit to all flights preferred stays in, even where held out another does better.
+        if other is whole or ((worse <= WITHIN or error.sum() - best_error.sum() < 1.0) and not at_bound):
             equal.append((new, other))
-        elif other is not whole:
+        else:
             rivals.append(error)
     vehicle = search.observation.vehicle
     equal.sort(key=lambda pair: (pair[0].candidate.count(vehicle), order.index(pair[0].candidate.name)))

@@ -62,25 +62,29 @@ def steps(found: Diagnosis, seed: int = 0) -> Steps:
 
 
 def _errors(found: Diagnosis, made: Fit):
-    """Squared error and rows by block and axis (blocks, 6), each flight under numbers from the other folds."""
+    """Squared error and rows by block and axis (blocks, 6), each block under numbers that were fitted without it."""
     o = found.search.observation
-    _, theta = held_out(made.sums)
-    folds = list(np.unique(made.sums.fold))
-    x, _ = packed(made.members, o.vehicle)
+    free = np.flatnonzero(~made.at_bound)
+    x, owner = packed(made.members, o.vehicle)
+    theta = np.zeros((len(made.sums.fold), len(x)))
+    theta[:, free] = held_out(made.sums, free)[1]
+    sides = np.sort(np.array([(p.low / p.scale, p.high / p.scale) for _, p in owner]).reshape(-1, 2), axis=1)
+    numbers = np.clip(x + theta, *sides.T)
     squares, rows, flight, floors = [], [], [], []
     unit: dict[str, str] = {}
     for number, s in enumerate(o.samples):
-        own = np.unique(made.sums.fold[made.sums.flight == number])
-        for fold in own:
-            members: list[Member] = unpacked(made.members, o.vehicle, x + theta[folds.index(fold)])
+        mine = np.flatnonzero(made.sums.flight == number)
+        edges = np.linspace(s.flight.t[0], s.flight.t[-1] + 1e-9, 1 + len(mine))
+        place = np.clip(np.searchsorted(edges, s.flight.t, side="right") - 1, 0, len(edges) - 2)
+        values, which = np.unique(numbers[mine], axis=0, return_inverse=True)
+        for k, value in enumerate(values):
+            members: list[Member] = unpacked(made.members, o.vehicle, value)
             error = equation_error(o.model(members), s.flight)
             unit = error.unit
             squared = np.where(error.scored, error.residual, 0.0) ** 2
-            edges = np.linspace(s.flight.t[0], s.flight.t[-1] + 1e-9, 1 + int((made.sums.flight == number).sum()))
-            place = np.clip(np.searchsorted(edges, s.flight.t, side="right") - 1, 0, len(edges) - 2)
-            for b in np.flatnonzero(made.sums.fold[made.sums.flight == number] == fold):
+            for b in np.flatnonzero(which.ravel() == k):
                 squares.append(squared[place == b].sum(axis=0))
                 rows.append(error.scored[place == b].sum(axis=0).astype(float))
                 flight.append(number)
-            floors.append(error.floor)
+        floors.append(error.floor)
     return np.array(squares), np.array(rows), np.array(flight), np.sqrt(np.mean(np.square(floors), axis=0)), unit

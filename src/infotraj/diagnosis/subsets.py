@@ -15,6 +15,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from infotraj.diagnosis.lonely import fitted, halves, lonely
 from infotraj.diagnosis.plain import Plain
 from infotraj.diagnosis.sensitivities import Sensitivities
 from infotraj.diagnosis.sums import RIDGE, Sums, held_out
@@ -56,8 +57,9 @@ class Scored:
 class _Folds:
     """What is held out fold by fold, per unit of each column's size: training and testing sums, and those of all.
 
-    train, test: (gram, right) a fold; every: of all flights; sure: gain of what is not chosen (tolerances) alone;
-    penalty: the quadratic and linear part, in a set's numbers, of what the tolerances' prior takes off the gain.
+    train: (gram, right) a fold; test: the same, of its halves (2, ...); every: of all flights; sure: gain of what is
+    not chosen (tolerances) alone; penalty: the quadratic and linear part, in a set's numbers, of what the tolerances'
+    prior takes off the gain.
     """
 
     train: list[tuple[Array, Array]]
@@ -80,11 +82,14 @@ class SubsetSearch:
         self.gram, self.right, self.square = sums.total()
         self.fold = sums.fold
         p = self.gram.shape[-1]
-        folds = np.unique(self.fold)
-        pad = ((0, 0), (0, 1), (0, 1))
-        self._gram_of = np.pad(np.array([self.gram[self.fold == f].sum(axis=0) for f in folds]), pad)
-        self._right_of = np.pad(np.array([self.right[self.fold == f].sum(axis=0) for f in folds]), ((0, 0), (0, 1)))
-        diagonal = np.diag(self._gram_of.sum(axis=0)).copy()
+        half = halves(self.fold)
+        parts = [[(self.fold == f) & (half == h) for h in (0, 1)] for f in np.unique(self.fold)]
+        gram_of = np.array([[self.gram[part].sum(axis=0) for part in fold] for fold in parts])
+        right_of = np.array([[self.right[part].sum(axis=0) for part in fold] for fold in parts])
+        self._gram_of = np.pad(gram_of, ((0, 0), (0, 0), (0, 1), (0, 1)))
+        self._right_of = np.pad(right_of, ((0, 0), (0, 0), (0, 1)))
+        self._lonely = lonely(self._gram_of.sum(axis=1))
+        diagonal = np.diag(self._gram_of.sum(axis=(0, 1))).copy()
         self._size = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
         self._gram_of /= self._size[:, None] * self._size
         self._right_of /= self._size
@@ -168,9 +173,13 @@ class SubsetSearch:
             return np.where(free, b[index] - np.einsum("nij,nj->ni", gram[rows, cols], value), value)
 
         gain = np.full(len(index), self._folds.sure)
-        for (rest, of_rest), (g, b) in zip(self._folds.train, self._folds.test, strict=True):
+        for k, (rest, of_rest) in enumerate(self._folds.train):
             theta = np.linalg.solve(rest[rows, cols] * both + filler, right(rest, of_rest)[..., None])[..., 0]
-            gain += 2 * np.sum(theta * b[index], axis=1) - np.einsum("ni,nij,nj->n", theta, g[rows, cols], theta)
+            g, b = (x.sum(axis=0) for x in self._folds.test[k])
+            fall = 2 * np.sum(theta * b[index], axis=1) - np.einsum("ni,nij,nj->n", theta, g[rows, cols], theta)
+            for i in np.flatnonzero((self._lonely[k][index] & free).any(axis=1)):
+                fall[i] = self._by_halves(k, index[i], free[i], value[i])
+            gain += fall
         inverse = np.linalg.inv(all_gram[rows, cols] * both + filler)
         theta = np.einsum("nij,nj->ni", inverse, right(all_gram, all_right))
         quadratic, linear = self._folds.penalty
@@ -179,12 +188,28 @@ class SubsetSearch:
         error = np.sqrt(np.maximum(np.einsum("nii->ni", inverse), 0.0))
         return gain, theta / self._size[index], error / self._size[index]
 
+    def _by_halves(self, k: int, index: Array, free: NDArray, value: Array) -> float:
+        """Held-out gain of one set in fold k, where one of its columns shows in that fold only (`lonely`)."""
+        at = index[free & (index < self.width)]
+        place = np.zeros(self.width + 1)
+        place[index[~free]] = value[~free]
+        (rest, of_rest), (grams, rights) = self._folds.train[k], self._folds.test[k]
+        inner = np.ix_(at, at)
+        total = 0.0
+        for h in (0, 1):
+            g, b, other, of_other = grams[h], rights[h], grams[1 - h], rights[1 - h]
+            left, of_left = of_rest - rest @ place, of_other - other @ place
+            theta = place.copy()
+            theta[at] = fitted(rest[inner], left[at], other[inner], of_left[at], self._lonely[k][at], RIDGE)
+            total += float(2 * theta @ b - theta @ g @ theta)
+        return total
+
     def _eliminated(self) -> _Folds:
         t = self._tolerated
-        all_gram, all_right = self._gram_of.sum(axis=0), self._right_of.sum(axis=0)
+        all_gram, all_right = self._gram_of.sum(axis=(0, 1)), self._right_of.sum(axis=(0, 1))
+        pairs = list(zip(self._gram_of, self._right_of, strict=True))
         if len(t) == 0:
-            pairs = list(zip(self._gram_of, self._right_of, strict=True))
-            train = [(all_gram - g, all_right - b) for g, b in pairs]
+            train = [(all_gram - g.sum(axis=0), all_right - b.sum(axis=0)) for g, b in pairs]
             return _Folds(train, pairs, (all_gram, all_right), 0.0, (0.0 * all_gram, 0.0 * all_right))
 
         def reduced(gram: Array, b: Array) -> tuple[Array, Array, Array, Array]:
@@ -194,14 +219,14 @@ class SubsetSearch:
             return gram - gram[:, t] @ along, b - gram[:, t] @ alone, along, alone
 
         train, test, sure = [], [], 0.0
-        for g, b in zip(self._gram_of, self._right_of, strict=True):
-            gram, right, along, alone = reduced(all_gram - g, all_right - b)
+        for g, b in pairs:
+            gram, right, along, alone = reduced(all_gram - g.sum(axis=0), all_right - b.sum(axis=0))
             train.append((gram, right))
-            turn = np.eye(len(g))
+            turn = np.eye(len(gram))
             turn[t] -= along
-            left = b - g[:, t] @ alone
-            test.append((turn.T @ g @ turn, turn.T @ left))
-            sure += float(2 * alone @ b[t] - alone @ g[np.ix_(t, t)] @ alone)
+            left = b - g[:, :, t] @ alone
+            test.append((turn.T @ g @ turn, left @ turn))
+            sure += float(2 * alone @ b.sum(axis=0)[t] - alone @ g.sum(axis=0)[np.ix_(t, t)] @ alone)
         gram, right, along, alone = reduced(all_gram, all_right)
         weighted = along.T * self._precision
         sure -= float(alone @ (self._precision * alone))

@@ -12,6 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from infotraj.diagnosis.lonely import fitted, halves, lonely
 from infotraj.diagnosis.plain import Plain
 from infotraj.diagnosis.residual import FlightSamples
 from infotraj.diagnosis.whitened import Blocks, Noise
@@ -153,16 +154,26 @@ def solve(gram: Array, right: Array) -> Array:
 
 
 def held_out(sums: Sums, columns: Sequence[int] | None = None) -> tuple[Array, Array]:
-    """Held-out squared error per axis and block (axes, blocks), and the parameters of each fold (folds, p)."""
+    """Held-out squared error per axis and block (axes, blocks), and the numbers each block is tested with (blocks, p).
+
+    They are fitted on the other folds; see `lonely` for what shows in one fold only.
+    """
     part = sums if columns is None else sums.restricted(columns)
     gram, right, _ = part.total()
-    folds = np.unique(part.fold)
-    error, found = part.square.copy(), []
-    if part.gram.shape[-1] == 0:
-        return error, np.zeros((len(folds), 0))
-    for f in folds:
+    theta = np.zeros(right.shape)
+    if right.shape[1] == 0:
+        return part.square.copy(), theta
+    folds, half = np.unique(part.fold), halves(part.fold)
+    alone = lonely(np.array([gram[part.fold == f].sum(axis=0) for f in folds]))
+    for f, few in zip(folds, alone, strict=True):
         out = part.fold == f
-        theta = solve(gram[~out].sum(axis=0), right[~out].sum(axis=0))
-        found.append(theta)
-        error[:, out] += -2 * part.right[:, out] @ theta + np.einsum("abij,i,j->ab", part.gram[:, out], theta, theta)
-    return error, np.array(found)
+        rest = gram[~out].sum(axis=0), right[~out].sum(axis=0)
+        if not few.any():
+            theta[out] = solve(*rest)
+            continue
+        for h in (0, 1):
+            other = out & (half != h)
+            more = gram[other].sum(axis=0), right[other].sum(axis=0)
+            theta[out & (half == h)] = fitted(*rest, *more, few, RIDGE)
+    along = np.einsum("abij,bj->abi", part.gram, theta)
+    return part.square + np.einsum("abi,bi->ab", along - 2 * part.right, theta), theta
