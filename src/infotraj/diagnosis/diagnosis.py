@@ -14,6 +14,7 @@ from infotraj.diagnosis import premises, refusal
 from infotraj.diagnosis import search as searching
 from infotraj.diagnosis.allowance import without_tolerances
 from infotraj.diagnosis.candidates import Candidate, candidates, places
+from infotraj.diagnosis.constancy import MOST, inconstancy
 from infotraj.diagnosis.evidence import Evidence, evidence, standard_errors
 from infotraj.diagnosis.fitting import Fit, beyond_bounds
 from infotraj.diagnosis.groups import Group, group
@@ -36,7 +37,8 @@ from infotraj.vehicle import Vehicle
 
 _STEADY = 0.8  # share of the resamples that must keep an effect
 _WIDEN = 1.7  # times the standard errors where structure is left: by as much they were too small in simulation
-_CLEARER = 3.0  # times the structure that is left: an effect that explains less is not named with confidence
+_CLEARER = 5.0  # times the structure that is left on its own axis: an effect that explains less may be part of that
+_CLEAR = 3.0  # times the structure that is left on any axis of force or torque: the same
 
 
 @dataclass(frozen=True)
@@ -203,7 +205,8 @@ def _findings(search, whole, order, known, hidden, ordinary, left, refused, rng)
     out: dict[str, Finding] = {}
     reported = [m for m in whole.members if m.candidate.label not in ordinary]
     for m in reported:
-        made = _of_member(search, whole, m, order, chance, left, refused, wrong, errors, rng)
+        columns = found.members[[x.candidate.label for x in whole.members].index(m.candidate.label)]
+        made = _of_member(search, whole, m, order, chance, left, refused, wrong, errors, rng, sums, columns)
         for f in made:
             if f.name not in out or (
                 out[f.name].verdict != "Supported" and f.verdict in ("Supported", "Not separable")
@@ -229,7 +232,7 @@ def _findings(search, whole, order, known, hidden, ordinary, left, refused, rng)
     return tuple(out[n] for n in order)
 
 
-def _of_member(search, whole, m, order, chance, left, refused, wrong, errors, rng) -> list[Finding]:
+def _of_member(search, whole, m, order, chance, left, refused, wrong, errors, rng, sums, columns) -> list[Finding]:
     rest = [x for x in whole.members if x.candidate.label != m.candidate.label]
     out = search.fitted(rest)
     apart = group(search, whole, m, rng, order) if not m.held else Group((m,), (whole,), ())
@@ -260,6 +263,9 @@ def _of_member(search, whole, m, order, chance, left, refused, wrong, errors, rn
         verdict, reason = "Plausible", f"kept in {e.selected:.0%} of the resamples only"
     elif (hides := _overshadowed(e, left)) is not None:
         verdict, reason = "Plausible", hides
+    elif (varies := inconstancy(sums, columns, out.cost - whole.cost)) > MOST:
+        verdict = "Plausible"
+        reason = f"its numbers differ between parts of the flights, which would gain another {varies:.0%}"
     else:
         verdict = "Supported" if len(names) == 1 else "Not separable"
     if verdict == "Plausible":
@@ -308,9 +314,11 @@ def _in_place(search: Search, out: Fit, fitted: Fit, chance: float, rng) -> Evid
 
 
 def _overshadowed(e: Evidence, left: Unexplained) -> str | None:
-    """The reason where what is left unexplained is not small beside what this effect explains on its own axis."""
+    """The reason where what is left unexplained is not small beside what this effect explains."""
     for s in left.axes:
-        if s.axis == e.axis and e.rise < _CLEARER * s.rise:
+        own = e.by_axis.get(s.axis, 0.0)
+        part = own > 0.5 * e.rise and own < _CLEARER * s.rise
+        if part or (s.axis[0] in "ft" and e.rise < _CLEAR * s.rise):
             return (
                 f"structured error is left on {s.axis} (rise {s.rise:.2g}) beside the {e.rise:.2g} that this explains"
             )
