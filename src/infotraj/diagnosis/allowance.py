@@ -25,6 +25,9 @@ TOLERANCES = {
 # Where commands are logged more slowly than this, what was in force between two samples is not known.
 _DENSE = 0.005  # s
 _UNSURE = 1 / 3  # of the time beyond that by which thinned commands may seem early or late
+_FREE = 100.0  # standard deviations: no prior at all
+_TIMING = ("rotor_lag", "servo_lag", "actuation_delay", "time_offset")
+_SHOWN = 10.0  # squared error that a kind of tolerance would raise: with more, flights say how large it is
 _MOST = 3.0  # standard deviations that are ordinary
 _SCALES = (0.03, 0.1, 0.3, 0.6, 1.0, 1.5)  # of all tolerances together
 
@@ -33,10 +36,10 @@ def scale_and_spread(sums: Sums, found: Sensitivities) -> tuple[float, Array]:
     """How large the tolerances are on these flights, times ordinary ones, and the variance (p,) that they give the fit.
 
     Each tolerance that the model does not have moves the numbers that are fitted without it. Their common scale is
-    estimated from what the fit leaves, by marginal likelihood (MacKay 1992): exact vehicle files get 0. Where kinds of
-    tolerance differ, the second largest scale of a kind counts: two kinds that are off say that the file is not exact,
-    one alone may be an effect. The variance is that of the members' numbers in usual sizes. sums: of the fitted model
-    and all candidates.
+    estimated from what the fit leaves, by marginal likelihood (MacKay 1992): exact vehicle files get 0, also where one
+    thing alone is off. Where kinds of tolerance differ, the second largest scale of a kind counts: two kinds that are
+    off say that the file is not exact, one alone may be an effect. The variance is that of the members' numbers in
+    usual sizes, each kind at its own scale where these flights show it. sums: of the fitted model and all candidates.
     """
     columns, deviation = nuisance(found)
     own = list(found.of_members)
@@ -51,12 +54,16 @@ def scale_and_spread(sums: Sums, found: Sensitivities) -> tuple[float, Array]:
     rest = gram[np.ix_(columns, columns)] * np.outer(deviation, deviation) - across.T @ solved
     pull = right[columns] * deviation - solved.T @ right[own]
     owner = {c: choice.candidate.name for choice in found.choices for c in choice.columns}
-    names = list(dict.fromkeys(owner[c] for c in columns))
-    kind = np.array([names.index(owner[c]) for c in columns])
-    common = max((0.0, *_SCALES), key=lambda scale: _evidence(rest, pull, np.full(len(pull), scale)))
+    kinds = ["timing" if owner[c] in _TIMING else owner[c] for c in columns]
+    names = list(dict.fromkeys(kinds))
+    kind = np.array([names.index(k) for k in kinds])
+    labels = {c: choice.candidate.label for choice in found.choices for c in choice.columns}
+    common = _common_scale(rest, pull, np.array([labels[c] for c in columns]))
     of_kind = _scales_by_kind(rest, pull, kind)
     scale = max(common, float(np.sort(of_kind)[-2])) if len(of_kind) > 1 else common
-    return scale, scale**2 * np.sum(solved**2, axis=1)
+    shown = scale**2 * np.bincount(kind, np.diag(rest)) > _SHOWN
+    each = np.where(shown, of_kind, scale)[kind]
+    return scale, np.sum((each * solved) ** 2, axis=1)
 
 
 def _evidence(rest: Array, pull: Array, scale: Array) -> float:
@@ -64,6 +71,16 @@ def _evidence(rest: Array, pull: Array, scale: Array) -> float:
     inside = np.eye(len(pull)) + rest * np.outer(scale, scale)
     scaled = pull * scale
     return float(scaled @ np.linalg.solve(inside, scaled) - np.linalg.slogdet(inside)[1])
+
+
+def _common_scale(rest: Array, pull: Array, label: NDArray) -> float:
+    """The most likely common scale when the one thing that raises it most is left out of it."""
+    least = np.inf
+    for one in (None, *dict.fromkeys(label)):
+        free = label == one
+        trials = [_evidence(rest, pull, np.where(free, _FREE, scale)) for scale in (0.0, *_SCALES)]
+        least = min(least, (0.0, *_SCALES)[int(np.argmax(trials))])
+    return least
 
 
 def _scales_by_kind(rest: Array, pull: Array, kind: NDArray) -> Array:

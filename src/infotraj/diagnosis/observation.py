@@ -36,7 +36,7 @@ class Member:
 class Observation:
     """Flights as samples, their noise, their blocks, and a vehicle.
 
-    ignored: axes of no weight: no model says them; command_step: s, the longest time between logged commands.
+    ignored: axes of no weight: no model says them; command_step: s, the longest time between rows with commands.
     """
 
     vehicle: Vehicle

@@ -155,9 +155,13 @@ def _thin(flight: Flight, rows: NDArray, vehicle: Vehicle) -> str | None:
 
 
 def command_step(flight: Flight, vehicle: Vehicle) -> float:
-    """s between samples of the rotors in which they changed, the median; 0 where there are none."""
-    steps = _steps(flight, np.ones(len(flight.t), dtype=bool), vehicle)
-    return next((s for name, s in steps.items() if "rotors" in name and np.isfinite(s)), 0.0)
+    """s between rows in which the rotors are known, the median; 0 where they never are."""
+    for kind in ("cmd_rotor_", "rotor_"):
+        columns = [f"{kind}{i}" for i in range(len(vehicle.rotors))]
+        if flight.has(*columns):
+            known = np.isfinite(flight.get(*columns)).all(axis=1)
+            return float(np.median(np.diff(flight.t[known]))) if known.sum() > 1 else 0.0
+    return 0.0
 
 
 def _steps(flight: Flight, rows: NDArray, vehicle: Vehicle) -> dict[str, float]:
