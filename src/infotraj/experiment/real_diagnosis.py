@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -48,6 +49,7 @@ def diagnose_flights(
 
     wanted = chosen(settings, name)
     parent = Path(config) / wanted.model
+    began = time.process_time()
     given, content = read_model(parent)
     used = _read(flights, wanted.fit, given.vehicle)
     found = diagnose(given, used, seed=seed)
@@ -56,7 +58,9 @@ def diagnose_flights(
     write_table(pd.DataFrame([{"data_set": name} | _verdict(f) for f in found.findings]), table)
     save_diagnosed(found, Path(model), parent=parent, content=content, flights=used)
     fall = steps(found, seed=seed)
-    waterfall(fall.labels, fall.axes, fall.rmse, fall.low, fall.high, fall.floor, fall.unit, Path(png), Path(pdf))
+    drawn = (fall.labels, fall.axes, fall.rmse, fall.low, fall.high, fall.floor, fall.unit)
+    waterfall(*drawn, Path(png), Path(pdf), refused=found.refused)
+    print(f"{time.process_time() - began:.1f} s of CPU for the diagnosis and its figure", flush=True)
 
 
 def score_held_out(
@@ -119,6 +123,7 @@ def _verdict(f: Finding) -> dict[str, Any]:
         "selected": e.selected if e else np.nan,
         "parameters": json.dumps(f.parameters),
         "standard_errors": json.dumps(f.standard_errors),
+        "further_instances": json.dumps([v for v in f.instances if v != f.parameters]),
         "reason": f.reason,
     }
 

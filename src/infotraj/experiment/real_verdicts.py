@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -59,7 +60,8 @@ def _verdicts(rows: pd.DataFrame) -> str:
         cells.append(
             [
                 r["effect"], r["verdict"], r["group"].replace("+", ", "), f"{r['rise']:.3g} ({r['axis']})", change,
-                f"{float(r['selected']):.2f}", _parameters(r["parameters"], r["standard_errors"]), r["reason"],
+                f"{float(r['selected']):.2f}", _parameters(*r[["parameters", "standard_errors", "further_instances"]]),
+                r["reason"],
             ]
         )  # fmt: skip
     lines = [typeset.markdown(header, cells)]
@@ -70,13 +72,17 @@ def _verdicts(rows: pd.DataFrame) -> str:
     return "\n".join(lines)
 
 
-def _parameters(values: str, errors: str) -> str:
-    known = json.loads(errors)
+def _parameters(values: str, errors: str, further: str) -> str:
+    texts = [_listed(json.loads(values), json.loads(errors)), *(_listed(v, {}) for v in json.loads(further))]
+    return " and ".join(texts)
+
+
+def _listed(values: dict[str, Any], errors: dict[str, Any]) -> str:
     texts = []
-    for name, value in json.loads(values).items():
-        error = known.get(name)
-        pairs = zip(np.atleast_1d(value), [None] if error is None else np.atleast_1d(error), strict=False)
-        texts.append(f"{name} " + ", ".join(_with_error(float(v), e) for v, e in pairs))
+    for name, value in values.items():
+        numbers = np.atleast_1d(value)
+        known = np.atleast_1d(errors[name]) if name in errors else [None] * len(numbers)
+        texts.append(f"{name} " + ", ".join(_with_error(v, e) for v, e in zip(numbers, known, strict=True)))
     return "; ".join(texts)
 
 
