@@ -31,7 +31,11 @@ def real_model_files(wildcards):
 def real_logs(wildcards):
     """Name and size of the logs that are diagnosed: others rerun what reads them."""
     folder = location.find_dataset(wildcards.dataset, CONFIG.data_dir)
-    return folder and [(p.name, p.stat().st_size) for p in logs(CONFIG, wildcards.dataset, folder).values()]
+    try:
+        return folder and [(p.name, p.stat().st_size) for p in logs(CONFIG, wildcards.dataset, folder).values()]
+    except InfotrajError as error:
+        print(error, file=sys.stderr)
+        sys.exit(error.exit_status)
 
 
 def real_diagnoses(what, part=None):

@@ -23,7 +23,7 @@ def logs(settings: ExperimentConfig, name: str, folder: str | Path) -> dict[str,
     """The logs in the data set's folder that the configuration names, by name. UsageError where one is not there."""
     wanted = chosen(settings, name)
     here = {path.stem: path for path in sorted(Path(folder).glob(data_set(name).pattern))}
-    missing = [log for log in wanted.flights if log not in here]
+    missing = [log for log in (*wanted.flights, *wanted.windows) if log not in here]
     if missing:
         what = f"{name} has no log {', '.join(missing)}"
         raise UsageError(problem(what, f"some of {', '.join(here)}", "Correct real_flights in the configuration."))
