@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from infotraj.diagnosis.constancy import MOST, inconstancy
 from infotraj.diagnosis.null import null_gains
 from infotraj.diagnosis.silent import _explained
 from infotraj.diagnosis.subsets import SubsetSearch
@@ -94,6 +95,21 @@ def test_what_shows_in_one_flight_only_gains_nothing_by_chance():
     gains = null_gains(sums, candidates_of(2), [(1,)], rng)
     assert gains.mean() < 0.0
     assert (held_out(sums, [0])[0] - held_out(sums)[0]).sum() < np.quantile(gains, 0.99)
+
+
+@pytest.mark.parametrize(("amplitude", "holds"), [(0.1, True), (1.0, False)])
+def test_an_effect_whose_number_changes_on_the_way_is_found_out(amplitude, holds):
+    rng = np.random.default_rng(6)
+    columns = rng.standard_normal((3200, 1))
+    number = 1.0 + amplitude * np.sin(2 * np.pi * np.arange(3200) / 1600)
+    residual = number * columns[:, 0] + rng.standard_normal(3200)
+    sums = sums_of(columns, residual, blocks=32, folds=4)
+    gram, right, _ = sums.total()
+    best = right.sum(axis=0) / gram.sum(axis=0)[:, 0]
+    explained = float(best[0] * right.sum())
+    share = inconstancy(sums.shifted(best), [0], explained)
+    assert (share < MOST) == holds
+    assert share == pytest.approx(amplitude**2 / 2, abs=0.1)
 
 
 def test_an_axis_that_no_column_explains_is_silent():

@@ -11,9 +11,10 @@ from infotraj.comparing.equation_error import AXES
 from infotraj.comparing.statistics import Statistics
 from infotraj.diagnosis import refusal
 from infotraj.diagnosis.candidates import candidates
-from infotraj.diagnosis.diagnosis import fitted_numbers, held_members, observe
+from infotraj.diagnosis.diagnosis import held_members, observe
 from infotraj.diagnosis.fitting import Fit, fit
 from infotraj.diagnosis.noise import estimated, started
+from infotraj.diagnosis.numbers import fitted_numbers
 from infotraj.diagnosis.observation import Member, Observation
 from infotraj.diagnosis.sensitivities import sensitivities
 from infotraj.effects import catalogue, effect_class

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from infotraj.diagnosis.sensitivities import Sensitivities
 from infotraj.diagnosis.sums import Sums
@@ -29,8 +30,10 @@ def scale_and_spread(sums: Sums, found: Sensitivities) -> tuple[float, Array]:
     """How large the tolerances are on these flights, times ordinary ones, and the variance (p,) that they give the fit.
 
     Each tolerance that the model does not have moves the numbers that are fitted without it. Their common scale is
-    estimated from what the fit leaves, by marginal likelihood (MacKay 1992): exact vehicle files get 0. The variance is
-    that of the members' numbers in usual sizes. sums: of the fitted model and all candidates.
+    estimated from what the fit leaves, by marginal likelihood (MacKay 1992): exact vehicle files get 0. Where kinds of
+    tolerance differ, the second largest scale of a kind counts: two kinds that are off say that the file is not exact,
+    one alone may be an effect. The variance is that of the members' numbers in usual sizes. sums: of the fitted model
+    and all candidates.
     """
     columns, deviation = nuisance(found)
     own = list(found.of_members)
@@ -44,12 +47,33 @@ def scale_and_spread(sums: Sums, found: Sensitivities) -> tuple[float, Array]:
     solved = np.linalg.solve(of_own, across)
     rest = gram[np.ix_(columns, columns)] * np.outer(deviation, deviation) - across.T @ solved
     pull = right[columns] * deviation - solved.T @ right[own]
-    best = (0.0, 0.0)
-    for scale in _SCALES:
-        inside = np.eye(len(columns)) + scale**2 * rest
-        fit = scale**2 * pull @ np.linalg.solve(inside, pull) - np.linalg.slogdet(inside)[1]
-        best = max(best, (float(fit), scale))
-    return best[1], best[1] ** 2 * np.sum(solved**2, axis=1)
+    owner = {c: choice.candidate.name for choice in found.choices for c in choice.columns}
+    names = list(dict.fromkeys(owner[c] for c in columns))
+    kind = np.array([names.index(owner[c]) for c in columns])
+    common = max((0.0, *_SCALES), key=lambda scale: _evidence(rest, pull, np.full(len(pull), scale)))
+    of_kind = _scales_by_kind(rest, pull, kind)
+    scale = max(common, float(np.sort(of_kind)[-2])) if len(of_kind) > 1 else common
+    return scale, scale**2 * np.sum(solved**2, axis=1)
+
+
+def _evidence(rest: Array, pull: Array, scale: Array) -> float:
+    """Twice the log marginal likelihood, up to a constant, under tolerances of these scales (q,)."""
+    inside = np.eye(len(pull)) + rest * np.outer(scale, scale)
+    scaled = pull * scale
+    return float(scaled @ np.linalg.solve(inside, scaled) - np.linalg.slogdet(inside)[1])
+
+
+def _scales_by_kind(rest: Array, pull: Array, kind: NDArray) -> Array:
+    """The most likely scale of every kind of tolerance (kinds,), found one after another, three times round."""
+    of_kind = np.zeros(kind.max() + 1)
+    for _ in range(3):
+        for k in range(len(of_kind)):
+            trials = []
+            for scale in (0.0, *_SCALES):
+                of_kind[k] = scale
+                trials.append(_evidence(rest, pull, of_kind[kind]))
+            of_kind[k] = (0.0, *_SCALES)[int(np.argmax(trials))]
+    return of_kind
 
 
 def ordinary(sums: Sums, found: Sensitivities, scale: float) -> tuple[list[int], Array]:

@@ -12,45 +12,20 @@ import numpy as np
 from infotraj.comparing.statistics import Statistics
 from infotraj.diagnosis import premises, refusal
 from infotraj.diagnosis import search as searching
-from infotraj.diagnosis.allowance import without_tolerances
-from infotraj.diagnosis.candidates import Candidate, candidates, places
-from infotraj.diagnosis.evidence import Evidence, evidence, standard_errors
-from infotraj.diagnosis.fitting import Fit, beyond_bounds
-from infotraj.diagnosis.groups import Group, group
-from infotraj.diagnosis.null import null_gains
+from infotraj.diagnosis.candidates import Candidate, candidates
+from infotraj.diagnosis.fitting import Fit
+from infotraj.diagnosis.numbers import fitted_numbers, values_of
 from infotraj.diagnosis.observation import Member, Observation
 from infotraj.diagnosis.residual import FlightSamples, flight_samples
-from infotraj.diagnosis.search import MATTERS, SIGNIFICANCE, Search, spread
-from infotraj.diagnosis.sensitivities import Sensitivities
-from infotraj.diagnosis.subsets import SubsetSearch
-from infotraj.diagnosis.sums import Sums
-from infotraj.diagnosis.tolerance import tolerated
+from infotraj.diagnosis.search import MATTERS, Search, spread
 from infotraj.diagnosis.unexplained import Unexplained, unexplained
+from infotraj.diagnosis.verdicts import Finding, Judge, widening
 from infotraj.diagnosis.whitened import blocks, noise_model
 from infotraj.effects import Effect, catalogue
 from infotraj.errors import InputError, problem
 from infotraj.flight import Flight
 from infotraj.models import Model
-from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
-
-_STEADY = 0.8  # share of the resamples that must keep an effect
-_WIDEN = 1.7  # times the standard errors where structure is left: by as much they were too small in simulation
-_CLEARER = 3.0  # times the structure that is left: an effect that explains less is not named with confidence
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One effect: its verdict, group, evidence, and numbers where it was fitted. `reason`: why, in words."""
-
-    name: str
-    verdict: str
-    group: tuple[str, ...]
-    evidence: Evidence | None
-    parameters: dict[str, Any]
-    standard_errors: dict[str, Any]
-    reason: str = ""
-    instances: tuple[dict[str, Any], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -128,13 +103,11 @@ def diagnose(
     taken = {m.candidate.label for m in held}
     search = searching.start_search(observation, held, [c for c in known if c.label not in taken], rng, matters)
     whole = searching.run(search, held) if search.known else search.fitted(held)
-    # What tolerances explain stays in the model in which the others are judged: it is in the flights.
-    ordinary = tolerated(search, whole)
     left = Unexplained(False, ()) if doubts else unexplained(search, whole, rng)
     refused = doubts or search.silent | refusal.unanswered(
         search.observation.model(whole.members), flights, start, stop
     )
-    findings = _findings(search, whole, list(catalog), known, hidden, ordinary, left, refused, rng)
+    findings = Judge(search, whole, list(catalog), left, refused, rng).findings(hidden)
     supported, chosen = _supported(findings, whole, search)
     # The model that is given is fitted as it is given: without what else the search had taken.
     final = search.fitted([*(m for m in whole.members if m.held), *chosen]) if chosen else whole
@@ -143,8 +116,8 @@ def diagnose(
     after_model = Model(vehicle, [m.effect for m in added]) if chosen else model
     before = refusal.errors(model, flights, start, stop)
     after = refusal.errors(after_model, flights, start, stop) if chosen else before
-    widen = _WIDEN if left.found else 1.0
-    numbers = zip(final.members, fitted_numbers(final, vehicle, widen, spread(search, final)), strict=True)
+    errors = fitted_numbers(final, vehicle, widening(left), spread(search, final))
+    numbers = zip(final.members, errors, strict=True)
     numbers = list(numbers)
     errors = tuple(e for m, e in numbers if m.candidate.label in labels) if chosen else ()
     findings = _as_given(findings, numbers)
@@ -157,7 +130,7 @@ def _as_given(findings: tuple[Finding, ...], numbers: list) -> tuple[Finding, ..
     """The findings with the numbers of the model that is given, where they are in it."""
     given: dict[str, list[tuple[dict, dict]]] = {}
     for m, errors in numbers:
-        given.setdefault(m.candidate.name, []).append((_values(m), errors))
+        given.setdefault(m.candidate.name, []).append((values_of(m), errors))
     out = []
     for f in findings:
         mine = given.get(f.name, []) if f.verdict in ("Supported", "Not separable") else []
@@ -184,237 +157,6 @@ def _held(effect: Effect, flight: Flight, vehicle: Vehicle) -> Member:
     return Member(Candidate(type(effect), chosen or form, fixed), effect, held=True)
 
 
-def _findings(search, whole, order, known, hidden, ordinary, left, refused, rng) -> tuple[Finding, ...]:
-    sums, found = search.linear(whole.members)
-    sums = without_tolerances(sums, found, search.tolerance)
-    subsets = SubsetSearch(sums, found)
-    singles = [(i,) for i in range(len(found.choices))]
-    chance = float(np.quantile(null_gains(sums, found, singles, rng), SIGNIFICANCE)) if singles else 0.0
-    wrong = beyond_bounds(whole, search.observation.vehicle)
-    vehicle = search.observation.vehicle
-    widen = _WIDEN if left.found else 1.0
-    errors = dict(
-        zip(
-            [m.candidate.label for m in whole.members],
-            _errors(whole, vehicle, widen, spread(search, whole)),
-            strict=True,
-        )
-    )
-    out: dict[str, Finding] = {}
-    reported = [m for m in whole.members if m.candidate.label not in ordinary]
-    for m in reported:
-        made = _of_member(search, whole, m, order, chance, left, refused, wrong, errors, rng)
-        for f in made:
-            if f.name not in out or (
-                out[f.name].verdict != "Supported" and f.verdict in ("Supported", "Not separable")
-            ):
-                out[f.name] = f
-    instances: dict[str, list[dict]] = {}
-    for m in reported:
-        instances.setdefault(m.candidate.name, []).append(_values(m))
-    for name, values in instances.items():
-        if len(values) > 1 and name in out:
-            out[name] = replace(out[name], instances=tuple(values))
-    for name in order:
-        if name in out:
-            continue
-        if name in hidden:
-            out[name] = Finding(name, "Not testable here", (name,), None, {}, {}, hidden[name])
-            continue
-        small = [m for m in whole.members if m.candidate.name == name and m.candidate.label in ordinary]
-        if small:
-            out[name] = _of_tolerated(search, whole, small[0], chance, errors, rng)
-        else:
-            out[name] = _of_absent(search, subsets, sums, found, name, chance, bool(ordinary), rng)
-    return tuple(out[n] for n in order)
-
-
-def _of_member(search, whole, m, order, chance, left, refused, wrong, errors, rng) -> list[Finding]:
-    rest = [x for x in whole.members if x.candidate.label != m.candidate.label]
-    out = search.fitted(rest)
-    apart = group(search, whole, m, rng, order) if not m.held else Group((m,), (whole,), ())
-    e = evidence(
-        searching.heldout_error(out),
-        searching.heldout_error(whole),
-        whole.sums.windows,
-        whole.sums.axes,
-        whole.sums.fold,
-        whole.sums.flight,
-        chance,
-        rng,
-        list(apart.rivals),
-        (out.plain - whole.plain) / np.maximum(whole.plain, 1e-300),
-    )
-    names = tuple(x.candidate.name for x in apart.members)
-    reason = ""
-    axis = refusal.axis_group(e.axis, refused)
-    if m.held:
-        verdict, reason = "Not needed", "in the model already"
-    elif m.candidate.label in wrong:
-        verdict, reason = "Plausible", wrong[m.candidate.label]
-    elif axis in refused:
-        verdict, reason = "Plausible", refused[axis]
-    elif e.rise < search.matters or e.gain < chance:
-        verdict, reason = "Not needed", "real, but negligible" if e.gain >= chance else "no gain"
-    elif e.ci95[1] >= 0 or e.selected < _STEADY:
-        verdict, reason = "Plausible", f"kept in {e.selected:.0%} of the resamples only"
-    elif (hides := _overshadowed(e, left)) is not None:
-        verdict, reason = "Plausible", hides
-    else:
-        verdict = "Supported" if len(names) == 1 else "Not separable"
-    if verdict == "Plausible":
-        # Where nothing is named with confidence there is no group to be confident about.
-        names = (m.candidate.name,)
-    label = m.candidate.label
-    if verdict != "Not separable":
-        return [Finding(m.candidate.name, verdict, names, e, _values(m), _numbers(m, errors[label]), reason)]
-    reason = _apart(names)
-    made = []
-    for other, fitted in zip(apart.members, apart.fits, strict=True):
-        own = dict(
-            zip(
-                [x.candidate.label for x in fitted.members],
-                _errors(fitted, search.observation.vehicle, _WIDEN if left.found else 1.0, spread(search, fitted)),
-                strict=True,
-            )
-        )
-        made.append(
-            Finding(
-                other.candidate.name,
-                verdict,
-                names,
-                e if other is m else _in_place(search, out, fitted, chance, rng),
-                _values(other),
-                _numbers(other, own[other.candidate.label]),
-                reason,
-            )
-        )
-    return made
-
-
-def _in_place(search: Search, out: Fit, fitted: Fit, chance: float, rng) -> Evidence:
-    s = fitted.sums
-    return evidence(
-        searching.heldout_error(out),
-        searching.heldout_error(fitted),
-        s.windows,
-        s.axes,
-        s.fold,
-        s.flight,
-        chance,
-        rng,
-        plain=(out.plain - fitted.plain) / np.maximum(fitted.plain, 1e-300),
-    )
-
-
-def _overshadowed(e: Evidence, left: Unexplained) -> str | None:
-    """The reason where what is left unexplained is not small beside what this effect explains on its own axis."""
-    for s in left.axes:
-        if s.axis == e.axis and e.rise < _CLEARER * s.rise:
-            return (
-                f"structured error is left on {s.axis} (rise {s.rise:.2g}) beside the {e.rise:.2g} that this explains"
-            )
-    return None
-
-
-def _of_tolerated(search, whole, m, chance, errors, rng) -> Finding:
-    out = search.fitted([x for x in whole.members if x.candidate.label != m.candidate.label])
-    e = _in_place(search, out, whole, chance, rng)
-    numbers = _numbers(m, errors[m.candidate.label])
-    reason = "real, but ordinary tolerances of the vehicle file explain it"
-    return Finding(m.candidate.name, "Not needed", (m.candidate.name,), e, _values(m), numbers, reason)
-
-
-def _of_absent(search, subsets: SubsetSearch, sums: Sums, found: Sensitivities, name, chance, ordinary, rng) -> Finding:
-    mine = [i for i, c in enumerate(found.choices) if c.candidate.name == name]
-    if not mine:
-        return Finding(name, "Not needed", (name,), None, {}, {}, "in the model already")
-    none = subsets.score([()])[0]
-    base = none.held_out(sums)
-    best = max(subsets.score([(i,) for i in mine]), key=lambda s: s.gain)
-    error = best.held_out(sums) if np.isfinite(best.gain) else base
-    plain = searching.plain_rise(sums.plain, none, best, none) if np.isfinite(best.gain) else None
-    e = evidence(base, error, sums.windows, sums.axes, sums.fold, sums.flight, chance, rng, plain=plain)
-    if ordinary and e.gain >= chance:
-        # What made the tolerated effects unnecessary makes this one unnecessary too.
-        return Finding(
-            name, "Not needed", (name,), e, {}, {}, "ordinary tolerances of the vehicle file explain as much"
-        )
-    windows = np.maximum(sums.windows.sum(axis=1), 1)
-    plain_gram = sums.plain.gram / np.maximum(none.plain(sums.plain), 1e-300)[:, None, None]
-    rises = [sums.gram.sum(axis=1) / windows[:, None, None], plain_gram]
-    usual = max(_usual_rise(gram, found, i) for gram in rises for i in mine)
-    if usual < search.matters:
-        silent = next(iter(search.silent.values()), None)
-        reason = silent or (
-            f"these flights do not excite it: at its usual size it would raise the error by {usual:.2g} of the floor"
-        )
-        return Finding(name, "Not testable here", (name,), e, {}, {}, reason)
-    ended = [why for label, why in search.at_bound.items() if label.split()[0] == name]
-    if e.gain < chance:
-        return Finding(name, "Not needed", (name,), e, {}, {}, ended[0] if ended else "no gain")
-    if ended:
-        return Finding(name, "Plausible", (name,), e, {}, {}, ended[0])
-    if e.rise < search.matters:
-        return Finding(name, "Not needed", (name,), e, {}, {}, "real, but negligible")
-    return Finding(name, "Plausible", (name,), e, {}, {}, "some gain beside the supported effects")
-
-
-def _usual_rise(gram: Array, found: Sensitivities, index: int) -> float:
-    """Rise that an effect of usual size would make, the members' numbers refitted (power).
-
-    gram (axes, p, p): products of columns per unit of the floor.
-    """
-    own, new = list(found.of_members), list(found.choices[index].columns)
-    total = gram.sum(axis=0)
-    best = 0.0
-    for c in new:
-        column = np.zeros(total.shape[0])
-        column[c] = 1.0
-        if own:
-            block = total[np.ix_(own, own)]
-            column[own] = -np.linalg.solve(
-                block + 1e-9 * np.diag(np.diag(block)) + 1e-12 * np.eye(len(own)), total[own, c]
-            )
-        rise = np.einsum("aij,i,j->a", gram, column, column)
-        best = max(best, float(rise.max()))
-    return best
-
-
-def _values(m: Member) -> dict[str, Any]:
-    """What is fixed and what is fitted of a member, other forms of the effect left out."""
-    wanted = {*dict(m.candidate.fixed), *(p.name for p in m.candidate.form)}
-    return {k: v for k, v in m.effect.values.items() if k in wanted}
-
-
-def fitted_numbers(made: Fit, vehicle: Vehicle, widen: float = 1.0, more: Array | float = 0.0) -> list[dict[str, Any]]:
-    """Standard errors of every member of a fit by parameter, times `widen`; more (p,): variance added, usual sizes."""
-    return [_numbers(m, e) for m, e in zip(made.members, _errors(made, vehicle, widen, more), strict=True)]
-
-
-def _errors(made: Fit, vehicle: Vehicle, widen: float, more: Array | float) -> list[Array]:
-    """Standard errors of every member's numbers, in their units, times `widen`."""
-    gram, right, _ = made.sums.total()
-    all_of_them = np.sqrt((widen * standard_errors(gram, right)) ** 2 + more)
-    out, place = [], 0
-    for m in made.members:
-        at = places(m.candidate, vehicle)
-        out.append(all_of_them[place : place + len(at)] * np.abs([p.scale for p in at]))
-        place += len(at)
-    return out
-
-
-def _numbers(m: Member, values: Array) -> dict[str, Any]:
-    """Numbers of a member by parameter, a list where the parameter is one."""
-    out, place = {}, 0
-    for p in m.candidate.form:
-        size = np.size(getattr(m.effect, p.name))
-        part = [float(v) for v in values[place : place + size]]
-        out[p.name] = part[0] if p.size == 1 else part
-        place += size
-    return out
-
-
 def _supported(findings: Sequence[Finding], whole: Fit, search: Search) -> tuple[tuple[str, ...], list[Member]]:
     """Names of Supported effects and of each group's simplest member, and the members to add."""
     names: list[str] = []
@@ -436,7 +178,3 @@ def _supported(findings: Sequence[Finding], whole: Fit, search: Search) -> tuple
                 candidate = next(c for c in choices if dict(c.fixed) == fixed)
                 added.append(Member(candidate, candidate.cls(**f.parameters)))
     return tuple(names), added
-
-
-def _apart(names: tuple[str, ...]) -> str:
-    return f"these flights cannot tell {' from '.join(names)}"

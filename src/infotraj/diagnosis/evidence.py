@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -17,7 +17,7 @@ class Evidence:
 
     heldout_change: relative change of the whitened held-out squared error by the effect, with its 95 % interval;
     flights_better: folds in which the error falls, of all; selected: share of resamples that keep it; rise: see
-    `search.rises`; axis: the most affected one; gain: fall of the held-out squared error.
+    `search.rises`; axis: the most affected one; gain: fall of the held-out squared error; by_axis: the rise on each.
     """
 
     heldout_change: float
@@ -27,6 +27,7 @@ class Evidence:
     rise: float
     axis: str
     gain: float
+    by_axis: dict[str, float] = field(default_factory=dict)
 
 
 def evidence(
@@ -65,6 +66,7 @@ def evidence(
         float(rise.max()),
         axes[int(np.argmax(rise))],
         float(lost.sum() - kept.sum()),
+        dict(zip(axes, map(float, rise), strict=True)),
     )
 
 

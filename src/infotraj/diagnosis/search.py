@@ -35,7 +35,7 @@ _SHARE = 0.97  # of what the best larger set gains: a smaller set with that much
 _ROUNDS = 8
 _AT_ONCE = 3
 _EXACT = 0.03  # times ordinary tolerances: the least that is allowed for
-_INEXACT = 0.5  # times ordinary tolerances: above it the search is not repeated for small effects
+INEXACT = 0.5  # times ordinary tolerances: above it the search is not repeated for small effects
 _CLEAR = 4.0  # times what matters: a linear rise above it needs no fit to be believed
 
 
@@ -184,7 +184,7 @@ def run(search: Search, held: Sequence[Member]) -> Fit:
         if not more and search.tolerance == 1.0:
             # How exact the vehicle file is shows when nothing else is left: an exact one hides no small effect.
             search.tolerance = max(tolerance_scale(search, search.fitted(members)), _EXACT)
-            if search.tolerance < _INEXACT:
+            if search.tolerance < INEXACT:
                 search.trail.append(f"tolerances times {search.tolerance:.2g}")
                 continue
         if not more:

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from infotraj.comparing.equation_error import AXES
-from infotraj.diagnosis.diagnosis import Diagnosis, Finding
+from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.premises import PREMISES
+from infotraj.diagnosis.verdicts import Finding
 from infotraj.rotations import Array
 
 _ORDER = ("Supported", "Not separable", "Plausible", "Not needed", "Not testable here")

@@ -18,7 +18,7 @@ import numpy as np
 
 from infotraj.diagnosis.allowance import nuisance
 from infotraj.diagnosis.fitting import Fit
-from infotraj.diagnosis.search import Search
+from infotraj.diagnosis.search import INEXACT, Search
 from infotraj.diagnosis.sensitivities import Sensitivities
 from infotraj.diagnosis.sums import Sums
 
@@ -29,7 +29,7 @@ _EVIDENT = 100.0  # fall of the squared error by tolerances beside the model: mo
 
 def tolerated(search: Search, whole: Fit) -> frozenset[str]:
     """Labels of the members of the fitted model `whole` that tolerances explain, all of them together."""
-    if search.tolerance < 1.0:
+    if search.tolerance < INEXACT:
         # The flights showed the vehicle file to be exact: what is off is off on its own.
         return frozenset()
     alone = {}

@@ -1,0 +1,276 @@
+"""The verdict on every effect of the catalogue: of those in the fitted model, and of those that the search left out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from infotraj.diagnosis import refusal
+from infotraj.diagnosis import search as searching
+from infotraj.diagnosis.allowance import without_tolerances
+from infotraj.diagnosis.constancy import MOST, inconstancy
+from infotraj.diagnosis.evidence import Evidence, evidence
+from infotraj.diagnosis.fitting import Fit, beyond_bounds
+from infotraj.diagnosis.groups import Group, group
+from infotraj.diagnosis.null import null_gains
+from infotraj.diagnosis.numbers import by_parameter, errors_of, values_of
+from infotraj.diagnosis.observation import Member
+from infotraj.diagnosis.search import SIGNIFICANCE, Search, spread
+from infotraj.diagnosis.sensitivities import Sensitivities
+from infotraj.diagnosis.subsets import SubsetSearch
+from infotraj.diagnosis.sums import Sums
+from infotraj.diagnosis.tolerance import tolerated
+from infotraj.diagnosis.unexplained import Unexplained
+from infotraj.rotations import Array
+
+CONFIDENT = ("Supported", "Not separable")
+_STEADY = 0.8  # share of the resamples that must keep an effect
+_WIDEN = 1.7  # times the standard errors where structure is left: by as much they were too small in simulation
+_CLEARER = 5.0  # times the structure that is left on its own axis: an effect that explains less may be part of that
+_CLEAR = 3.0  # times the structure that is left on any axis of force or torque: the same
+_FORM = 0.003  # of the squared error that an empirical formula explains: it is hardly exact to better than 5 %
+_EMPIRICAL = ("actuators", "thrust", "wrench")
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One effect: its verdict, group, evidence, and numbers where it was fitted. `reason`: why, in words."""
+
+    name: str
+    verdict: str
+    group: tuple[str, ...]
+    evidence: Evidence | None
+    parameters: dict[str, Any]
+    standard_errors: dict[str, Any]
+    reason: str = ""
+    instances: tuple[dict[str, Any], ...] = ()
+
+
+def widening(left: Unexplained) -> float:
+    """By how much standard errors are too small where structure is left."""
+    return _WIDEN if left.found else 1.0
+
+
+@dataclass
+class Judge:
+    """What verdicts are drawn from.
+
+    whole: the fitted model; order: names of the catalogue; left: structure that it leaves; refused: axes on which
+    nothing can be said, and why; ordinary: labels of what tolerances explain; chance: gain that an absent effect gets;
+    sums, found: around the fitted model, tolerances taken off.
+    """
+
+    search: Search
+    whole: Fit
+    order: list[str]
+    left: Unexplained
+    refused: Mapping[str, str]
+    rng: np.random.Generator
+
+    def __post_init__(self) -> None:
+        sums, self.found = self.search.linear(self.whole.members)
+        # What tolerances explain stays in the model in which the others are judged: it is in the flights.
+        self.ordinary = tolerated(self.search, self.whole)
+        self.sums: Sums = without_tolerances(sums, self.found, self.search.tolerance)
+        self.subsets = SubsetSearch(self.sums, self.found)
+        singles = [(i,) for i in range(len(self.found.choices))]
+        gains = null_gains(self.sums, self.found, singles, self.rng) if singles else np.zeros(1)
+        self.chance = float(np.quantile(gains, SIGNIFICANCE))
+        self._wrong = beyond_bounds(self.whole, self.search.observation.vehicle)
+
+    def findings(self, hidden: Mapping[str, str]) -> tuple[Finding, ...]:
+        """One finding for each effect of the catalogue, in its order; hidden: what has no candidate, and why."""
+        reported = [m for m in self.whole.members if m.candidate.label not in self.ordinary]
+        out: dict[str, Finding] = {}
+        for m in reported:
+            for f in self._of_member(m):
+                if f.name not in out or (out[f.name].verdict != "Supported" and f.verdict in CONFIDENT):
+                    out[f.name] = f
+        out |= self._within_form(reported, out)
+        instances: dict[str, list[dict]] = {}
+        for m in reported:
+            instances.setdefault(m.candidate.name, []).append(values_of(m))
+        for name, values in instances.items():
+            if len(values) > 1 and name in out:
+                out[name] = replace(out[name], instances=tuple(values))
+        small = {m.candidate.name: m for m in self.whole.members if m.candidate.label in self.ordinary}
+        for name in self.order:
+            if name in out:
+                continue
+            if name in hidden:
+                out[name] = Finding(name, "Not testable here", (name,), None, {}, {}, hidden[name])
+            else:
+                out[name] = self._of_tolerated(small[name]) if name in small else self._of_absent(name)
+        return tuple(out[n] for n in self.order)
+
+    def _numbers(self, made: Fit, m: Member) -> dict[str, Any]:
+        """Standard errors of a member of a fit."""
+        every = errors_of(made, self.search.observation.vehicle, widening(self.left), spread(self.search, made))
+        labels = [x.candidate.label for x in made.members]
+        return by_parameter(m, every[labels.index(m.candidate.label)])
+
+    def _against(self, out: Fit, with_it: Fit, rivals: Sequence[Array] = ()) -> Evidence:
+        """Evidence for what one fit has and the other has not."""
+        s = with_it.sums
+        plain = (out.plain - with_it.plain) / np.maximum(with_it.plain, 1e-300)
+        before, after = searching.heldout_error(out), searching.heldout_error(with_it)
+        return evidence(before, after, s.windows, s.axes, s.fold, s.flight, self.chance, self.rng, list(rivals), plain)
+
+    def _without(self, m: Member) -> Fit:
+        return self.search.fitted([x for x in self.whole.members if x.candidate.label != m.candidate.label])
+
+    def _of_member(self, m: Member) -> list[Finding]:
+        search, whole = self.search, self.whole
+        out = self._without(m)
+        apart = group(search, whole, m, self.rng, self.order) if not m.held else Group((m,), (whole,), ())
+        e = self._against(out, whole, apart.rivals)
+        verdict, reason = self._doubt(m, e, out.cost - whole.cost)
+        names = tuple(x.candidate.name for x in apart.members)
+        if verdict is None and len(names) > 1:
+            reason = f"these flights cannot tell {' from '.join(names)}"
+            return [
+                Finding(
+                    other.candidate.name,
+                    "Not separable",
+                    names,
+                    e if other is m else self._against(out, fitted),
+                    values_of(other),
+                    self._numbers(fitted, other),
+                    reason,
+                )
+                for other, fitted in zip(apart.members, apart.fits, strict=True)
+            ]
+        # Where nothing is named with confidence there is no group to be confident about.
+        own = (m.candidate.name,) if verdict in (None, "Plausible") else names
+        numbers = self._numbers(whole, m)
+        return [Finding(m.candidate.name, verdict or "Supported", own, e, values_of(m), numbers, reason)]
+
+    def _doubt(self, m: Member, e: Evidence, explained: float) -> tuple[str | None, str]:
+        """Why a member of the model is not named with confidence: verdict and reason, (None, "") where it is.
+
+        explained: squared error that it takes away.
+        """
+        axis = refusal.axis_group(e.axis, self.refused)
+        if m.held:
+            return "Not needed", "in the model already"
+        if m.candidate.label in self._wrong:
+            return "Plausible", self._wrong[m.candidate.label]
+        if axis in self.refused:
+            return "Plausible", self.refused[axis]
+        if e.gain < self.chance:
+            return "Not needed", "no gain"
+        if e.rise < self.search.matters:
+            return "Not needed", "real, but negligible"
+        if e.ci95[1] >= 0 or e.selected < _STEADY:
+            return "Plausible", f"kept in {e.selected:.0%} of the resamples only"
+        if (hides := _overshadowed(e, self.left)) is not None:
+            return "Plausible", hides
+        place = [x.candidate.label for x in self.whole.members].index(m.candidate.label)
+        varies = inconstancy(self.sums, self.found.members[place], explained)
+        if varies > MOST:
+            more = f"{varies:.0%} of what it explains" if varies < 10 else "more than it explains"
+            return "Plausible", f"its numbers differ between parts of the flights: their own would gain {more} on top"
+        return None, ""
+
+    def _within_form(self, reported: Sequence[Member], out: Mapping[str, Finding]) -> dict[str, Finding]:
+        """Findings that may be no more than what another effect's formula is off by."""
+        changed: dict[str, Finding] = {}
+        for m in reported:
+            f = out[m.candidate.name]
+            if f.verdict not in CONFIDENT:
+                continue
+            for other in reported:
+                by = out[other.candidate.name]
+                if other.candidate.name in f.group or by.verdict not in CONFIDENT:
+                    continue
+                if other.candidate.cls.place in _EMPIRICAL and _dwarfed(f.evidence, by.evidence, self.search.matters):
+                    reason = f"{by.name} explains so much more that its formula's own error may be as large"
+                    changed |= {
+                        n: replace(out[n], verdict="Plausible", group=(n,), reason=reason)
+                        for n in f.group
+                        if out[n].group == f.group
+                    }
+        return changed
+
+    def _of_tolerated(self, m: Member) -> Finding:
+        e = self._against(self._without(m), self.whole)
+        reason = "real, but ordinary tolerances of the vehicle file explain it"
+        numbers = self._numbers(self.whole, m)
+        return Finding(m.candidate.name, "Not needed", (m.candidate.name,), e, values_of(m), numbers, reason)
+
+    def _of_absent(self, name: str) -> Finding:
+        sums, found, search = self.sums, self.found, self.search
+        mine = [i for i, c in enumerate(found.choices) if c.candidate.name == name]
+        if not mine:
+            return Finding(name, "Not needed", (name,), None, {}, {}, "in the model already")
+        none = self.subsets.score([()])[0]
+        base = none.held_out(sums)
+        best = max(self.subsets.score([(i,) for i in mine]), key=lambda s: s.gain)
+        error = best.held_out(sums) if np.isfinite(best.gain) else base
+        plain = searching.plain_rise(sums.plain, none, best, none) if np.isfinite(best.gain) else None
+        e = evidence(base, error, sums.windows, sums.axes, sums.fold, sums.flight, self.chance, self.rng, plain=plain)
+
+        def verdict(verdict: str, reason: str) -> Finding:
+            return Finding(name, verdict, (name,), e, {}, {}, reason)
+
+        if self.ordinary and e.gain >= self.chance:
+            # What made the tolerated effects unnecessary makes this one unnecessary too.
+            return verdict("Not needed", "ordinary tolerances of the vehicle file explain as much")
+        windows = np.maximum(sums.windows.sum(axis=1), 1)
+        plain_gram = sums.plain.gram / np.maximum(none.plain(sums.plain), 1e-300)[:, None, None]
+        rises = [sums.gram.sum(axis=1) / windows[:, None, None], plain_gram]
+        usual = max(_usual_rise(gram, found, i) for gram in rises for i in mine)
+        if usual < search.matters:
+            silent = next(iter(search.silent.values()), None)
+            reason = f"these flights do not excite it: at its usual size it would raise the error by {usual:.2g}"
+            return verdict("Not testable here", silent or f"{reason} of the floor")
+        ended = [why for label, why in search.at_bound.items() if label.split()[0] == name]
+        if e.gain < self.chance:
+            return verdict("Not needed", ended[0] if ended else "no gain")
+        if ended:
+            return verdict("Plausible", ended[0])
+        if e.rise < search.matters:
+            return verdict("Not needed", "real, but negligible")
+        return verdict("Plausible", "some gain beside the supported effects")
+
+
+def _overshadowed(e: Evidence, left: Unexplained) -> str | None:
+    """The reason where what is left unexplained is not small beside what this effect explains."""
+    for s in left.axes:
+        own = e.by_axis.get(s.axis, 0.0)
+        part = own > 0.5 * e.rise and own < _CLEARER * s.rise
+        if part or (s.axis[0] in "ft" and e.rise < _CLEAR * s.rise):
+            return (
+                f"structured error is left on {s.axis} (rise {s.rise:.2g}) beside the {e.rise:.2g} that this explains"
+            )
+    return None
+
+
+def _dwarfed(e: Evidence, by: Evidence, matters: float) -> bool:
+    """Whether another effect explains so much more on every axis on which this one matters."""
+    axes = [a for a, rise in e.by_axis.items() if rise >= matters]
+    return all(e.by_axis[a] < _FORM * by.by_axis.get(a, 0.0) for a in axes)
+
+
+def _usual_rise(gram: Array, found: Sensitivities, index: int) -> float:
+    """Rise that an effect of usual size would make, the members' numbers refitted (power).
+
+    gram (axes, p, p): products of columns per unit of the floor.
+    """
+    own, new = list(found.of_members), list(found.choices[index].columns)
+    total = gram.sum(axis=0)
+    best = 0.0
+    for c in new:
+        column = np.zeros(total.shape[0])
+        column[c] = 1.0
+        if own:
+            block = total[np.ix_(own, own)]
+            column[own] = -np.linalg.solve(
+                block + 1e-9 * np.diag(np.diag(block)) + 1e-12 * np.eye(len(own)), total[own, c]
+            )
+        rise = np.einsum("aij,i,j->a", gram, column, column)
+        best = max(best, float(rise.max()))
+    return best
