@@ -16,10 +16,11 @@ from infotraj.comparing.files import write_json
 from infotraj.comparing.statistics import Statistics
 from infotraj.diagnosis import refusal, summary
 from infotraj.diagnosis.adding import add
-from infotraj.diagnosis.diagnosis import Finding, diagnose
+from infotraj.diagnosis.diagnosis import diagnose
 from infotraj.diagnosis.premises import examined
 from infotraj.diagnosis.saving import save_diagnosed
 from infotraj.diagnosis.steps import steps
+from infotraj.diagnosis.verdicts import Finding
 from infotraj.effects import effect_class
 from infotraj.evaluation.lateral_error import lateral_error
 from infotraj.experiment.config import ExperimentConfig
