@@ -22,6 +22,9 @@ TOLERANCES = {
     "servo_bias": 1 / 10,  # 0.1 deg
     "imu_misalignment": 1 / 10,  # 0.1 deg
 }
+# Where commands are logged more slowly than this, what was in force between two samples is not known.
+_DENSE = 0.005  # s
+_UNSURE = 1 / 3  # of the time beyond that by which thinned commands may seem early or late
 _MOST = 3.0  # standard deviations that are ordinary
 _SCALES = (0.03, 0.1, 0.3, 0.6, 1.0, 1.5)  # of all tolerances together
 
@@ -127,5 +130,8 @@ def nuisance(found: Sensitivities) -> tuple[list[int], Array]:
             continue
         seen.add(label)
         columns += list(choice.columns)
-        deviation += [TOLERANCES[choice.candidate.name]] * len(choice.columns)
+        own = TOLERANCES[choice.candidate.name]
+        if choice.candidate.name in ("actuation_delay", "time_offset"):
+            own += _UNSURE * max(found.command_step - _DENSE, 0.0) / abs(choice.scale[0])
+        deviation += [own] * len(choice.columns)
     return columns, np.array(deviation)

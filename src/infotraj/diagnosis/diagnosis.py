@@ -73,7 +73,8 @@ def observe(
                 )
             )
     noise = noise_model(samples, [s.residual(model) for s in samples])
-    return Observation(model.vehicle, samples, noise, blocks(samples))
+    step = max(premises.command_step(f, model.vehicle) for f in flights)
+    return Observation(model.vehicle, samples, noise, blocks(samples), command_step=step)
 
 
 def diagnose(

@@ -34,13 +34,17 @@ class Member:
 
 @dataclass(frozen=True)
 class Observation:
-    """Flights as samples, their noise, their blocks, and a vehicle. ignored: axes of no weight: no model says them."""
+    """Flights as samples, their noise, their blocks, and a vehicle.
+
+    ignored: axes of no weight: no model says them; command_step: s, the longest time between logged commands.
+    """
 
     vehicle: Vehicle
     samples: tuple[FlightSamples, ...]
     noise: Noise
     blocks: Blocks
     ignored: frozenset[str] = frozenset()
+    command_step: float = 0.0
 
     def model(self, members: Sequence[Member]) -> Model:
         """The vehicle with these effects."""

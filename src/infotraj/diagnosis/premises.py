@@ -143,6 +143,26 @@ def _rms(x: Array) -> float:
 
 def _thin(flight: Flight, rows: NDArray, vehicle: Vehicle) -> str | None:
     """The reason where the actuators' samples are too far apart, or never change, to say what the vehicle did."""
+    for name, step in _steps(flight, rows, vehicle).items():
+        if "rotors" in name and np.isinf(step):
+            return f"the {name} never change: the motion does not come from them"
+        if LONGEST_STEP < step < np.inf:
+            return (
+                f"the {name} are known every {1000 * step:.0f} ms only ({1 / step:.0f} Hz): what the "
+                f"actuators did in between is not in the log, and the motion shows it"
+            )
+    return None
+
+
+def command_step(flight: Flight, vehicle: Vehicle) -> float:
+    """s between samples of the rotors in which they changed, the median; 0 where there are none."""
+    steps = _steps(flight, np.ones(len(flight.t), dtype=bool), vehicle)
+    return next((s for name, s in steps.items() if "rotors" in name and np.isfinite(s)), 0.0)
+
+
+def _steps(flight: Flight, rows: NDArray, vehicle: Vehicle) -> dict[str, float]:
+    """s between samples in which rotors and tilts changed, the median, by name; inf where they never do."""
+    out = {}
     for prefix, what in (("rotor_", "rotors"), ("tilt_", "tilts")):
         count = len(vehicle.rotors) if prefix == "rotor_" else len(vehicle.tilts)
         for kind, name in (("cmd_" + prefix, "commanded"), (prefix, "measured")):
@@ -153,14 +173,9 @@ def _thin(flight: Flight, rows: NDArray, vehicle: Vehicle) -> str | None:
             known = np.isfinite(x).all(axis=1)
             t = flight.t[rows][known]
             changed = np.flatnonzero(np.any(np.diff(x[known], axis=0) != 0.0, axis=1))
-            if prefix == "rotor_" and len(t) > 1 and len(changed) == 0:
-                return f"the {name} {what} never change: the motion does not come from them"
-            if len(changed) > 10:
-                step = float(np.median(np.diff(t[1:][changed])))
-                if step > LONGEST_STEP:
-                    return (
-                        f"the {name} {what} are known every {1000 * step:.0f} ms only ({1 / step:.0f} Hz): what the "
-                        f"actuators did in between is not in the log, and the motion shows it"
-                    )
+            if len(t) > 1 and len(changed) == 0:
+                out[f"{name} {what}"] = np.inf
+            elif len(changed) > 10:
+                out[f"{name} {what}"] = float(np.median(np.diff(t[1:][changed])))
             break
-    return None
+    return out

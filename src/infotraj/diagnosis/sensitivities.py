@@ -43,7 +43,7 @@ class Sensitivities:
     """Columns around a model.
 
     members: columns of each member; now, scale, low, high: of the members' numbers; choices: absent candidates; joint:
-    the residual and all columns, one (m, 3, 1 + p) a channel of a flight, not whitened.
+    the residual and all columns, one (m, 3, 1 + p) a channel of a flight, not whitened; command_step: of `Observation`.
     """
 
     members: tuple[tuple[int, ...], ...]
@@ -53,6 +53,7 @@ class Sensitivities:
     high: Array
     choices: tuple[Choice, ...]
     joint: list[list[Array]]
+    command_step: float = 0.0
 
     @property
     def of_members(self) -> tuple[int, ...]:
@@ -86,7 +87,9 @@ def sensitivities(observation: Observation, members: Sequence[Member], absent: S
     scales = np.array([p.scale for _, p in owner])
     joint = _joint(observation, effects, models, choices)
     low, high = (np.array([getattr(p, side) for _, p in owner]) for side in ("low", "high"))
-    return Sensitivities(tuple(map(tuple, of_members)), x * scales, scales, low, high, tuple(choices), joint)
+    return Sensitivities(
+        tuple(map(tuple, of_members)), x * scales, scales, low, high, tuple(choices), joint, observation.command_step
+    )
 
 
 def extended(

@@ -16,7 +16,7 @@ from collections.abc import Set
 
 import numpy as np
 
-from infotraj.diagnosis.allowance import nuisance
+from infotraj.diagnosis.allowance import nuisance, without_tolerances
 from infotraj.diagnosis.fitting import Fit
 from infotraj.diagnosis.search import INEXACT, Search
 from infotraj.diagnosis.sensitivities import Sensitivities
@@ -48,7 +48,10 @@ def tolerated(search: Search, whole: Fit) -> frozenset[str]:
 
 
 def _least(search: Search, whole: Fit, labels: Set[str]) -> float:
-    """Least sum of squares, in standard deviations, that explains what these members explain; inf where none does."""
+    """Least sum of squares, in standard deviations, that explains what these members explain; inf where none does.
+
+    It is what tolerances need beyond those that they need beside the whole model.
+    """
     out = search.fitted([m for m in whole.members if m.candidate.label not in labels])
     if out is None:
         return float("inf")
@@ -57,8 +60,13 @@ def _least(search: Search, whole: Fit, labels: Set[str]) -> float:
     deviation = search.tolerance * deviation
     if not columns:
         return float("inf")
-    allowed = search.matters * whole.sums.windows.sum(axis=1) + whole_error(whole)
-    return least_tolerance(sums, found, columns, deviation, allowed)
+    # What tolerances explain beside the whole model they must explain here too, and are not charged for.
+    beside, own = search.linear(whole.members)
+    best = without_tolerances(beside, own, search.tolerance).square.sum(axis=1)
+    allowed = search.matters * whole.sums.windows.sum(axis=1) + best
+    of_whole, its = nuisance(own)
+    sure = least_tolerance(beside, own, of_whole, search.tolerance * its, allowed)
+    return least_tolerance(sums, found, columns, deviation, allowed) - (sure if np.isfinite(sure) else 0.0)
 
 
 def _beside(search: Search, whole: Fit) -> float:
@@ -75,11 +83,6 @@ def _beside(search: Search, whole: Fit) -> float:
     return float(right @ np.linalg.solve(gram + np.diag(prior), right))
 
 
-def whole_error(whole: Fit) -> np.ndarray:
-    """Squared error of a fit, axis by axis."""
-    return whole.sums.square.sum(axis=1)
-
-
 def least_tolerance(
     sums: Sums, found: Sensitivities, columns: list[int], deviation: np.ndarray, allowed: np.ndarray
 ) -> float:
@@ -91,7 +94,7 @@ def least_tolerance(
     right, square = sums.right.sum(axis=1)[:, index], sums.square.sum(axis=1)
     total = gram.sum(axis=0)
     total = total + 1e-9 * np.diag(np.diag(total)) + 1e-9 * np.eye(len(total))
-    for weight in 10.0 ** np.arange(8, -3, -0.5):
+    for weight in 10.0 ** np.arange(8, -3, -0.25):
         theta = np.linalg.solve(total + np.diag(weight * prior), right.sum(axis=0))
         error = square - 2 * right @ theta + np.einsum("aij,i,j->a", gram, theta, theta)
         if np.all(error <= allowed):

@@ -32,6 +32,7 @@ _WIDEN = 1.7  # times the standard errors where structure is left: by as much th
 _CLEARER = 5.0  # times the structure that is left on its own axis: an effect that explains less may be part of that
 _CLEAR = 3.0  # times the structure that is left on any axis of force or torque: the same
 _FORM = 0.003  # of the squared error that an empirical formula explains: it is hardly exact to better than 5 %
+_EXACT = 0.0003  # the same of mechanics and measurement: what is logged is not exact to better than 2 %
 _EMPIRICAL = ("actuators", "thrust", "wrench")
 
 
@@ -186,8 +187,9 @@ class Judge:
                 by = out[other.candidate.name]
                 if other.candidate.name in f.group or by.verdict not in CONFIDENT:
                     continue
-                if other.candidate.cls.place in _EMPIRICAL and _dwarfed(f.evidence, by.evidence, self.search.matters):
-                    reason = f"{by.name} explains so much more that its formula's own error may be as large"
+                share = _FORM if other.candidate.cls.place in _EMPIRICAL else _EXACT
+                if _dwarfed(f.evidence, by.evidence, self.search.matters, share):
+                    reason = f"{by.name} explains so much more that what its formula is off by may be as large"
                     changed |= {
                         n: replace(out[n], verdict="Plausible", group=(n,), reason=reason)
                         for n in f.group
@@ -249,10 +251,10 @@ def _overshadowed(e: Evidence, left: Unexplained) -> str | None:
     return None
 
 
-def _dwarfed(e: Evidence, by: Evidence, matters: float) -> bool:
+def _dwarfed(e: Evidence, by: Evidence, matters: float, share: float) -> bool:
     """Whether another effect explains so much more on every axis on which this one matters."""
     axes = [a for a, rise in e.by_axis.items() if rise >= matters]
-    return all(e.by_axis[a] < _FORM * by.by_axis.get(a, 0.0) for a in axes)
+    return all(e.by_axis[a] < share * by.by_axis.get(a, 0.0) for a in axes)
 
 
 def _usual_rise(gram: Array, found: Sensitivities, index: int) -> float:
