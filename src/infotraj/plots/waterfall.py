@@ -12,7 +12,8 @@ from infotraj.plots import style
 from infotraj.rotations import Array
 
 _PREFIXES = (("", 1.0), ("m", 1e3), ("\N{MICRO SIGN}", 1e6))
-_INTERVAL, _NOISE = "95 % interval", "sensor noise"
+_INTERVAL, _NOISE = "95 % interval, stretches of the flights resampled", "sensor noise"
+_PALE_BLUE = "#B8DCF2"
 
 
 def waterfall(
@@ -60,10 +61,8 @@ def _drawn(labels, axes, rmse, low, high, floor, unit, refused) -> Figure:
         value = factor * rmse[:, i]
         around = [np.maximum(value - factor * low[:, i], 0.0), np.maximum(factor * high[:, i] - value, 0.0)]
         left_out = axes[i] in refused
-        first, further = (style.PALE, style.SKY) if left_out else (style.GREY, style.BLUE)
-        panel.barh(
-            place, value, color=[first, *[further] * (len(place) - 1)], height=0.6, alpha=0.6 if left_out else 1.0
-        )
+        first, further = (style.PALE, _PALE_BLUE) if left_out else (style.GREY, style.BLUE)
+        panel.barh(place, value, color=[first, *[further] * (len(place) - 1)], height=0.6)
         bars = panel.errorbar(value, place, xerr=around, fmt="none", ecolor=style.INK, elinewidth=0.8)
         handles[_INTERVAL] = bars
         if np.isfinite(floor[i]):
