@@ -1,4 +1,4 @@
-"""Target `real_flights`: public real flights through import, check, compare and locate.
+"""Target `real_flights`: public real flights through import, check, compare, locate, diagnose and add.
 
 Data sets that are not on this machine are skipped with a line that says how to get them.
 """
@@ -110,3 +110,121 @@ rule real_summary:
         code=code("real_flights"),
     script:
         "../scripts/real_summary.py"
+
+
+rule real_cut:
+    output:
+        flights=directory(f"{REAL_DIAGNOSIS}/windows"),
+    log:
+        f"{REAL_LOG}/cut.log",
+    benchmark:
+        f"{REAL_BENCHMARK}/cut.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    params:
+        code=code("real_windows"),
+        settings=settings("data_dir", "real_flights"),
+        logs=real_logs,
+    script:
+        "../scripts/real_cut.py"
+
+
+rule real_diagnose:
+    input:
+        flights=f"{REAL_DIAGNOSIS}/windows",
+        models=real_model_files,
+    output:
+        numbers=f"{REAL_DIAGNOSIS}/diagnosis.json",
+        text=f"{REAL_DIAGNOSIS}/diagnosis.txt",
+        table=f"{REAL_DIAGNOSIS}/verdicts.csv",
+        model=f"{REAL_DIAGNOSIS}/model.yaml",
+        png=report(
+            f"{REAL_DIAGNOSIS}/waterfall.png",
+            category="Real flights",
+            caption="../report/real_diagnosis.rst",
+            labels={"data set": "{dataset}", "what": "held-out error, effect by effect"},
+        ),
+        pdf=f"{REAL_DIAGNOSIS}/waterfall.pdf",
+    log:
+        f"{REAL_LOG}/diagnose.log",
+    benchmark:
+        f"{REAL_BENCHMARK}/diagnose.tsv"
+    threads: 1
+    resources:
+        mem_mb=3000,
+    params:
+        code=code("real_diagnosis"),
+        settings=settings("real_flights"),
+    script:
+        "../scripts/real_diagnose.py"
+
+
+rule real_held_out:
+    input:
+        flights=f"{REAL_DIAGNOSIS}/windows",
+        models=real_model_files,
+        model=f"{REAL_DIAGNOSIS}/model.yaml",
+    output:
+        table=f"{REAL_DIAGNOSIS}/held_out.csv",
+    log:
+        f"{REAL_LOG}/held_out.log",
+    benchmark:
+        f"{REAL_BENCHMARK}/held_out.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    params:
+        code=code("real_diagnosis"),
+        settings=settings("real_flights"),
+    script:
+        "../scripts/real_held_out.py"
+
+
+rule real_add:
+    input:
+        flights=f"{REAL_DIAGNOSIS}/windows",
+        models=real_model_files,
+    output:
+        table=f"{REAL_DIAGNOSIS}/added.csv",
+    log:
+        f"{REAL_LOG}/add.log",
+    benchmark:
+        f"{REAL_BENCHMARK}/add.tsv"
+    threads: 1
+    resources:
+        mem_mb=3000,
+    params:
+        code=code("real_diagnosis"),
+        settings=settings("real_flights"),
+    script:
+        "../scripts/real_add.py"
+
+
+rule real_verdicts:
+    input:
+        verdicts=real_diagnoses("verdicts.csv"),
+        numbers=real_diagnoses("diagnosis.json"),
+        held_out=real_diagnoses("held_out.csv", "held_out"),
+        added=real_diagnoses("added.csv", "add"),
+    output:
+        table="results/real_flights/verdicts.csv",
+        held_out_table="results/real_flights/held_out.csv",
+        added_table="results/real_flights/added.csv",
+        markdown=report(
+            "results/real_flights/diagnosis.md",
+            category="Real flights",
+            caption="../report/real_diagnosis.rst",
+            labels={"data set": "all", "what": "verdicts, held-out error, named effects"},
+        ),
+    log:
+        "results/logs/real_flights/verdicts.log",
+    benchmark:
+        "results/benchmarks/real_flights/verdicts.tsv"
+    threads: 1
+    resources:
+        mem_mb=500,
+    params:
+        code=code("real_verdicts"),
+    script:
+        "../scripts/real_verdicts.py"

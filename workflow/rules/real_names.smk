@@ -1,10 +1,12 @@
 """The names of what is made from real flights, and which of it is wanted."""
 
 from infotraj.experiment.real_flights import DATA_SETS
+from infotraj.experiment.real_windows import chosen, logs
 
 REAL = "results/real_flights/{dataset}"
 REAL_LOG = "results/logs/real_flights/{dataset}"
 REAL_BENCHMARK = "results/benchmarks/real_flights/{dataset}"
+REAL_DIAGNOSIS = "results/real_flights/{dataset}/diagnosis"
 
 
 def real_present():
@@ -26,9 +28,27 @@ def real_model_files(wildcards):
     return [str(path) for folder in ("models", "vehicles") for path in sorted(Path("config", folder).glob("*.yaml"))]
 
 
+def real_logs(wildcards):
+    """Name and size of the logs that are diagnosed: others rerun what reads them."""
+    folder = location.find_dataset(wildcards.dataset, CONFIG.data_dir)
+    try:
+        return folder and [(p.name, p.stat().st_size) for p in logs(CONFIG, wildcards.dataset, folder).values()]
+    except InfotrajError as error:
+        print(error, file=sys.stderr)
+        sys.exit(error.exit_status)
+
+
+def real_diagnoses(what, part=None):
+    """That file of the diagnosis of each data set that is here; only of those whose configuration has `part`."""
+    with_it = [name for name in DATA_SETS if part is None or getattr(chosen(CONFIG, name), part)]
+    present = [name for name in with_it if location.find_dataset(name, CONFIG.data_dir)]
+    return [f"{REAL_DIAGNOSIS.format(dataset=name)}/{what}" for name in present]
+
+
 def real_results(_):
     """Everything that the target makes."""
     present = real_present()
     wanted = [f"results/real_flights/{name}/comparison.json" for name in present]
     wanted += [f"results/real_flights/{name}/{model}/places.json" for name in present for model in real_models(name)]
-    return wanted + (["results/real_flights/summary.md"] if present else [])
+    summaries = ["results/real_flights/summary.md", "results/real_flights/diagnosis.md"]
+    return wanted + (summaries if present else [])

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from infotraj.control.gains import Gains
 from infotraj.errors import UsageError, problem
@@ -147,6 +147,58 @@ class ClosedLoop(_Strict):
     curve_seeds: Count = Field(3, description="seeds of that curve")
 
 
+class RealDiagnosis(_Strict):
+    """What is diagnosed in the flights of a public data set."""
+
+    model: str = Field(description="model or vehicle file, below config")
+    fit: tuple[str, ...] = Field(min_length=1, description="logs that the diagnosis is given")
+    held_out: tuple[str, ...] = Field((), description="other logs, on which its model is tested; none: no test")
+    windows: dict[str, tuple[float, float]] = Field({}, description="s, from and to; a log without it is used whole")
+    add: tuple[str, ...] = Field((), description="effects to add by name, each alone; + joins those fitted together")
+
+    @property
+    def flights(self) -> tuple[str, ...]:
+        """All logs that are used."""
+        return (*self.fit, *self.held_out)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> RealDiagnosis:
+        if twice := [name for name in self.held_out if name in self.fit]:
+            raise ValueError(f"{twice[0]} is fitted and held out")
+        for name, (start, stop) in self.windows.items():
+            if not start < stop:
+                raise ValueError(f"the window of {name} ends before it starts")
+        return self
+
+
+class RealFlights(_Strict):
+    """Which public real flights `diagnose` and `add` are shown on, and with which model."""
+
+    nanobench: RealDiagnosis = RealDiagnosis(
+        model="vehicles/nanobench_uncalibrated.yaml",
+        fit=(
+            "B3_figure8_fast_rep1",
+            "B5_helix_medium_rep1",
+            "B6_linear_ramp_rep2",
+            "B8_star_fast_rep1",
+            "B10_lissajous_fast_rep1",
+        ),
+        held_out=(
+            "B2_circle_fast_rep1",
+            "B5_helix_fast_rep1",
+            "B7_oval_fast_rep2",
+            "B9_trefoil_fast_rep1",
+            "B8_star_medium_rep1",
+        ),
+    )
+    arpl_crazyflie: RealDiagnosis = RealDiagnosis(
+        model="vehicles/crazyflie_arpl_nominal.yaml",
+        fit=("log10", "log15"),
+        windows={"log10": (35.0, 65.0), "log15": (55.0, 90.0)},
+        add=("inertia_error", "rotor_lag", "rotor_lag+inertia_error"),
+    )
+
+
 class ExperimentConfig(_Strict):
     """Everything that the workflow's rules read."""
 
@@ -174,6 +226,7 @@ class ExperimentConfig(_Strict):
     gains: Gains = Gains()
     data_dir: str | None = Field(None, description="folder of the real flights where INFOTRAJ_DATA is not set")
     pool: Pool = Pool()
+    real_flights: RealFlights = RealFlights()
     hidden_effects: HiddenEffects = HiddenEffects()
     closed_loop: ClosedLoop = ClosedLoop()
 

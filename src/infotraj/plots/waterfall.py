@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +10,10 @@ from matplotlib.figure import Figure
 
 from infotraj.plots import style
 from infotraj.rotations import Array
+
+_PREFIXES = (("", 1.0), ("m", 1e3), ("\N{MICRO SIGN}", 1e6))
+_INTERVAL, _NOISE = "95 % interval, stretches of the flights resampled", "sensor noise"
+_PALE_BLUE = "#B8DCF2"
 
 
 def waterfall(
@@ -21,38 +25,55 @@ def waterfall(
     floor: Array,
     unit: Mapping[str, str],
     *paths: Path,
+    refused: Collection[str] = (),
 ) -> None:
     """Draws one panel an axis to each path (.pdf or .png).
 
     labels (m,): the steps; axes (6,): fx .. tz; rmse, low, high (m, 6) with 95 % interval and floor (6,) in `unit` of
-    "force" and "torque". An axis with NaN in it is left out.
+    "force" and "torque". An axis with NaN in it is left out. refused: axes by which nothing was judged, drawn pale.
     """
-    style.write(lambda: _drawn(labels, axes, rmse, low, high, floor, unit), *paths)
+    style.write(lambda: _drawn(labels, axes, rmse, low, high, floor, unit, refused), *paths)
 
 
-def _drawn(labels, axes, rmse, low, high, floor, unit) -> Figure:
+def prefixed(unit: str, largest: float) -> tuple[float, str]:
+    """What values up to `largest`, in `unit`, are multiplied by to be shown in the unit that is given with it.
+
+    N and N m get the prefix that leaves `largest` at 1 or above; other units stay as they are.
+    """
+    options = _PREFIXES if unit.startswith("N") else _PREFIXES[:1]
+    prefix, factor = next((o for o in options if largest * o[1] >= 1.0), options[-1])
+    return factor, prefix + unit.replace("^2", "$^2$")
+
+
+def _drawn(labels, axes, rmse, low, high, floor, unit, refused) -> Figure:
     shown = [i for i in range(len(axes)) if np.isfinite(rmse[:, i]).all()]
     rows = 2 if len(shown) > 3 else 1
     columns = -(-max(len(shown), 1) // rows)
-    figure = style.figure(style.DOUBLE, rows * (0.9 + 0.22 * len(labels)))
+    figure = style.figure(style.DOUBLE, rows * (0.9 + 0.22 * len(labels)) + 0.2)
     panels = figure.subplots(rows, columns, squeeze=False, sharey=True)
     place = np.arange(len(labels))
+    handles = {}
     for panel, i in zip(panels.ravel(), shown, strict=False):
-        value = rmse[:, i]
-        around = [np.maximum(value - low[:, i], 0.0), np.maximum(high[:, i] - value, 0.0)]
-        panel.barh(place, value, color=[style.GREY, *[style.BLUE] * (len(place) - 1)], height=0.6)
-        panel.errorbar(value, place, xerr=around, fmt="none", ecolor=style.INK, elinewidth=0.8)
-        if np.isfinite(floor[i]):
-            panel.axvline(floor[i], color=style.VERMILION, linewidth=1.0, linestyle="--", label="sensor noise")
         what = "force" if axes[i][0] == "f" else "torque"
-        panel.set_title(f"{what} {axes[i][1]}")
-        panel.set_xlabel(f"held-out RMSE ({unit[what]})")
+        # All panels of a quantity share its unit: their numbers are read against each other.
+        largest = max(rmse[:, k].max() for k in shown if axes[k][0] == axes[i][0])
+        factor, name = prefixed(unit[what], largest)
+        value = factor * rmse[:, i]
+        around = [np.maximum(value - factor * low[:, i], 0.0), np.maximum(factor * high[:, i] - value, 0.0)]
+        left_out = axes[i] in refused
+        first, further = (style.PALE, _PALE_BLUE) if left_out else (style.GREY, style.BLUE)
+        panel.barh(place, value, color=[first, *[further] * (len(place) - 1)], height=0.6)
+        bars = panel.errorbar(value, place, xerr=around, fmt="none", ecolor=style.INK, elinewidth=0.8)
+        handles[_INTERVAL] = bars
+        if np.isfinite(floor[i]):
+            handles[_NOISE] = panel.axvline(factor * floor[i], color=style.VERMILION, linewidth=1.0, linestyle="--")
+        panel.set_title(f"{what} {axes[i][1]}" + (", not judged" if left_out else ""))
+        panel.set_xlabel(f"held-out RMSE ({name})")
         panel.set_yticks(place, labels)
         panel.locator_params(axis="x", nbins=4)
-        panel.ticklabel_format(axis="x", scilimits=(-2, 4))
     panels[0, 0].invert_yaxis()
-    if shown and np.isfinite(floor[shown[0]]):
-        panels[0, 0].legend(loc="lower right")
+    # Outside: wherever it is put in a panel, some flights' bars reach it.
+    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=len(handles) or 1)
     for panel in panels.ravel()[len(shown) :]:
         panel.set_visible(False)
     return figure
