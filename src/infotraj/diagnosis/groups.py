@@ -35,9 +35,13 @@ def group(
     member: Member,
     rng: np.random.Generator,
     order: list[str],
+    chance: float,
     screen: Screen | None = None,
 ) -> Group:
-    """The group of one member of the model `whole`. order: names of the catalogue, which decides among equals."""
+    """The group of one member of the model `whole`. order: names of the catalogue, which decides among equals.
+
+    chance: held-out gain that the best of all absent effects gets; a third of it is no difference.
+    """
     rest = tuple(m for m in whole.members if m.candidate.label != member.candidate.label)
     label = member.candidate.label
     maybe = (screen or Screen(search, whole)).passed({label}, share=0.4)
@@ -55,7 +59,9 @@ def group(
         worse = np.mean(draws @ (error - best_error).sum(axis=0) > 0)
         at_bound = other is not whole and bool(other.at_bound[-new.candidate.count(search.observation.vehicle) :].all())
         # What the fit to all flights preferred stays in, even where held out another does better.
-        if other is whole or ((worse <= WITHIN or error.sum() - best_error.sum() < 1.0) and not at_bound):
+        if other is whole or (
+            (worse <= WITHIN or error.sum() - best_error.sum() < max(1.0, chance / 3)) and not at_bound
+        ):
             equal.append((new, other))
         else:
             rivals.append(error)

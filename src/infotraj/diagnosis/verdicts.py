@@ -80,6 +80,7 @@ class Judge:
         singles = [(i,) for i in range(len(self.found.choices))]
         gains = null_gains(self.sums, self.found, singles, self.rng) if singles else np.zeros(1)
         self.chance = float(np.quantile(gains, SIGNIFICANCE))
+        self._absent = [c for choice in self.found.choices for c in choice.columns]
         self._wrong = beyond_bounds(self.whole, self.search.observation.vehicle)
 
     def findings(self, hidden: Mapping[str, str]) -> tuple[Finding, ...]:
@@ -126,7 +127,7 @@ class Judge:
     def _of_member(self, m: Member) -> list[Finding]:
         search, whole = self.search, self.whole
         out = self._without(m)
-        apart = group(search, whole, m, self.rng, self.order) if not m.held else Group((m,), (whole,), ())
+        apart = group(search, whole, m, self.rng, self.order, self.chance) if not m.held else Group((m,), (whole,), ())
         e = self._against(out, whole, apart.rivals)
         verdict, reason = self._doubt(m, e, out.cost - whole.cost)
         names = tuple(x.candidate.name for x in apart.members)
@@ -170,7 +171,10 @@ class Judge:
         if (hides := _overshadowed(e, self.left)) is not None:
             return "Plausible", hides
         place = [x.candidate.label for x in self.whole.members].index(m.candidate.label)
-        varies = inconstancy(self.sums, self.found.members[place], explained)
+        # Where structure is left that can be predicted, it is no drift.
+        drifts = not any(e.by_axis.get(s.axis, 0.0) > 0.2 * e.rise for s in self.left.axes)
+        absent = self._absent if drifts else []
+        varies = inconstancy(self.sums, self.found.members[place], explained, absent)
         if varies > MOST:
             more = f"{varies:.0%} of what it explains" if varies < 10 else "more than it explains"
             return "Plausible", f"its numbers differ between parts of the flights: their own would gain {more} on top"
@@ -226,9 +230,9 @@ class Judge:
         rises = [sums.gram.sum(axis=1) / windows[:, None, None], plain_gram]
         usual = max(_usual_rise(gram, found, i) for gram in rises for i in mine)
         if usual < search.matters:
-            silent = next(iter(search.silent.values()), None)
-            reason = f"these flights do not excite it: at its usual size it would raise the error by {usual:.2g}"
-            return verdict("Not testable here", silent or f"{reason} of the floor")
+            where = f" on the axes that can be judged (not {', '.join(search.silent)})" if search.silent else ""
+            reason = f"these flights do not excite it{where}: at its usual size it would raise the error by"
+            return verdict("Not testable here", f"{reason} {usual:.2g} of the floor")
         ended = [why for label, why in search.at_bound.items() if label.split()[0] == name]
         if e.gain < self.chance:
             return verdict("Not needed", ended[0] if ended else "no gain")
