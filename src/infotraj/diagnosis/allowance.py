@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
+from infotraj.diagnosis.observation import Member
 from infotraj.diagnosis.sensitivities import Sensitivities
 from infotraj.diagnosis.sums import Sums
 from infotraj.rotations import Array
+from infotraj.vehicle import Vehicle
 
 # Standard deviations in usual sizes of the effect (Parameter.scale), with what that is.
 TOLERANCES = {
@@ -25,6 +29,7 @@ TOLERANCES = {
 # Where commands are logged more slowly than this, what was in force between two samples is not known.
 _DENSE = 0.005  # s
 _UNSURE = 1 / 3  # of the time beyond that by which thinned commands may seem early or late
+_STAMP = 0.1  # of the time between rows: time stamps are hardly more exact, whatever else is
 _FREE = 100.0  # standard deviations: no prior at all
 _TIMING = ("rotor_lag", "servo_lag", "actuation_delay", "time_offset")
 _SHOWN = 10.0  # squared error that a kind of tolerance would raise: with more, flights say how large it is
@@ -63,7 +68,19 @@ def scale_and_spread(sums: Sums, found: Sensitivities) -> tuple[float, Array]:
     scale = max(common, float(np.sort(of_kind)[-2])) if len(of_kind) > 1 else common
     shown = scale**2 * np.bincount(kind, np.diag(rest)) > _SHOWN
     each = np.where(shown, of_kind, scale)[kind]
+    each = np.maximum(each, nuisance(found, 0.0)[1] / deviation)
     return scale, np.sum((each * solved) ** 2, axis=1)
+
+
+def stamp_variance(members: Sequence[Member], vehicle: Vehicle, command_step: float) -> Array:
+    """Variance (p,) of the members' numbers in usual sizes by what time stamps are off: 0 but for times."""
+    return np.array(
+        [
+            (_STAMP * command_step / p.scale) ** 2 if m.candidate.name in _TIMING else 0.0
+            for m in members
+            for p in m.places(vehicle)
+        ]
+    )
 
 
 def _evidence(rest: Array, pull: Array, scale: Array) -> float:
@@ -102,8 +119,7 @@ def ordinary(sums: Sums, found: Sensitivities, scale: float) -> tuple[list[int],
     What asks for more than three standard deviations is no tolerance but may be an effect: the worst goes first, and
     with it all numbers of its candidate. scale: how large tolerances are, times ordinary ones.
     """
-    columns, deviation = nuisance(found)
-    deviation = scale * deviation
+    columns, deviation = nuisance(found, scale)
     owner = {c: choice.candidate.label for choice in found.choices for c in choice.columns}
     own = list(found.of_members)
     gram, right, _ = sums.total()
@@ -138,8 +154,8 @@ def without_tolerances(sums: Sums, found: Sensitivities, scale: float) -> Sums:
     return sums.shifted(theta)
 
 
-def nuisance(found: Sensitivities) -> tuple[list[int], Array]:
-    """Columns that tolerances move, and their standard deviations in usual sizes."""
+def nuisance(found: Sensitivities, scale: float = 1.0) -> tuple[list[int], Array]:
+    """Columns that tolerances move, and their standard deviations in usual sizes; scale: times ordinary ones."""
     columns, deviation, seen = [], [], set()
     for choice in found.choices:
         label = choice.candidate.label
@@ -147,8 +163,10 @@ def nuisance(found: Sensitivities) -> tuple[list[int], Array]:
             continue
         seen.add(label)
         columns += list(choice.columns)
-        own = TOLERANCES[choice.candidate.name]
+        own = scale * TOLERANCES[choice.candidate.name]
         if choice.candidate.name in ("actuation_delay", "time_offset"):
-            own += _UNSURE * max(found.command_step - _DENSE, 0.0) / abs(choice.scale[0])
+            own += scale * _UNSURE * max(found.command_step - _DENSE, 0.0) / abs(choice.scale[0])
+        if choice.candidate.name in _TIMING:
+            own = max(own, _STAMP * found.command_step / abs(choice.scale[0]))
         deviation += [own] * len(choice.columns)
     return columns, np.array(deviation)

@@ -13,7 +13,7 @@ from itertools import combinations, product
 
 import numpy as np
 
-from infotraj.diagnosis.allowance import ordinary, scale_and_spread
+from infotraj.diagnosis.allowance import ordinary, scale_and_spread, stamp_variance
 from infotraj.diagnosis.candidates import Candidate, Variant, places, read
 from infotraj.diagnosis.fitting import Fit, beyond_bounds, fit
 from infotraj.diagnosis.noise import PRIOR, estimated, started
@@ -219,8 +219,10 @@ def tolerance_scale(search: Search, whole: Fit) -> float:
 
 
 def spread(search: Search, made: Fit) -> Array:
-    """Variance (p,) that ordinary tolerances give to a fit's numbers, in usual sizes."""
-    return scale_and_spread(*search.linear(made.members))[1]
+    """Variance (p,) that ordinary tolerances and time stamps give to a fit's numbers, in usual sizes."""
+    o = search.observation
+    by_tolerances = scale_and_spread(*search.linear(made.members))[1]
+    return by_tolerances + stamp_variance(made.members, o.vehicle, o.command_step)
 
 
 def _reshaping(members: Sequence[Member]) -> frozenset[str]:

@@ -56,24 +56,21 @@ def _least(search: Search, whole: Fit, labels: Set[str]) -> float:
     if out is None:
         return float("inf")
     sums, found = search.linear(out.members)
-    columns, deviation = nuisance(found)
-    deviation = search.tolerance * deviation
+    columns, deviation = nuisance(found, search.tolerance)
     if not columns:
         return float("inf")
     # What tolerances explain beside the whole model they must explain here too, and are not charged for.
     beside, own = search.linear(whole.members)
     best = without_tolerances(beside, own, search.tolerance).square.sum(axis=1)
     allowed = search.matters * whole.sums.windows.sum(axis=1) + best
-    of_whole, its = nuisance(own)
-    sure = least_tolerance(beside, own, of_whole, search.tolerance * its, allowed)
+    sure = least_tolerance(beside, own, *nuisance(own, search.tolerance), allowed)
     return least_tolerance(sums, found, columns, deviation, allowed) - (sure if np.isfinite(sure) else 0.0)
 
 
 def _beside(search: Search, whole: Fit) -> float:
     """Fall of the squared error of the fitted model when tolerances are fitted beside it."""
     sums, found = search.linear(whole.members)
-    columns, deviation = nuisance(found)
-    deviation = search.tolerance * deviation
+    columns, deviation = nuisance(found, search.tolerance)
     index = [*found.of_members, *columns]
     if not columns:
         return 0.0

@@ -103,8 +103,7 @@ def unexplained(search: Search, whole: Fit, rng: np.random.Generator) -> Unexpla
 def _left(search: Search, whole: Fit) -> list[list[Array]]:
     """Residuals of the fitted model less what ordinary tolerances explain, one (m, 3) a channel of a flight."""
     joint, found = search.joint(list(whole.members))
-    columns, deviation = nuisance(found)
-    deviation = search.tolerance * deviation
+    columns, deviation = nuisance(found, search.tolerance)
     index = [*found.of_members, *columns]
     if not index:
         return [[x[:, :, 0] for x in flight] for flight in joint]
