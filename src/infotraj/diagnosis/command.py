@@ -86,7 +86,9 @@ def diagnose_command(
 
         fall = steps(found, seed=seed)
         paths = [figures / "waterfall.pdf", figures / "waterfall.png"]
-        waterfall(fall.labels, fall.axes, fall.rmse, fall.low, fall.high, fall.floor, fall.unit, *paths)
+        waterfall(
+            fall.labels, fall.axes, fall.rmse, fall.low, fall.high, fall.floor, fall.unit, *paths, refused=found.refused
+        )
         for path in paths:
             _say(quiet, str(path))
     if recording is not None:

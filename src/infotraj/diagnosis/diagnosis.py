@@ -33,7 +33,8 @@ class Diagnosis:
     """What was found. before, after: equation error of the model as given and with the supported effects.
 
     supported: names, one for each Supported effect and each Not separable group; model: with them added; members,
-    errors_of: the fitted effects in it and their standard errors, in the model's order.
+    errors_of: the fitted effects in it and their standard errors, in the model's order; whole: the fit of all that the
+    search took; final: that of the model as given.
     """
 
     findings: tuple[Finding, ...]
@@ -47,6 +48,7 @@ class Diagnosis:
     samples: tuple[FlightSamples, ...]
     search: Search
     whole: Fit
+    final: Fit
 
     def finding(self, name: str) -> Finding:
         """The finding of that name."""
@@ -123,7 +125,18 @@ def diagnose(
     errors = tuple(e for m, e in numbers if m.candidate.label in labels) if chosen else ()
     findings = _as_given(findings, numbers)
     return Diagnosis(
-        findings, supported, left, refused, before, after, after_model, errors, observation.samples, search, whole
+        findings,
+        supported,
+        left,
+        refused,
+        before,
+        after,
+        after_model,
+        errors,
+        observation.samples,
+        search,
+        whole,
+        final,
     )
 
 

@@ -186,6 +186,8 @@ def run(search: Search, held: Sequence[Member]) -> Fit:
             search.tolerance = max(tolerance_scale(search, search.fitted(members)), _EXACT)
             if search.tolerance < INEXACT:
                 search.trail.append(f"tolerances times {search.tolerance:.2g}")
+                # What stood for a number within ordinary tolerances may be that number itself.
+                members = _within_bounds(search, _questioned(search, members))
                 continue
         if not more:
             if second or not search.at_bound:

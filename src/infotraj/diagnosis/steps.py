@@ -36,12 +36,12 @@ def steps(found: Diagnosis, seed: int = 0) -> Steps:
 
     The numbers of each step are fitted on the other folds (linearised at the fit to all), so no flight judges its own.
     """
-    search, whole = found.search, found.whole
-    held = [m for m in whole.members if m.held]
+    search = found.search
+    held = [m for m in found.final.members if m.held]
     rise = {f.name: f.evidence.rise for f in found.findings if f.evidence is not None}
     free = [
         m
-        for m in whole.members
+        for m in found.final.members
         if not m.held and found.finding(m.candidate.name).verdict in ("Supported", "Not separable")
     ]
     free.sort(key=lambda m: -rise.get(m.candidate.name, 0.0))
