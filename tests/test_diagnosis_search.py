@@ -97,6 +97,15 @@ def test_what_shows_in_one_flight_only_gains_nothing_by_chance():
     assert (held_out(sums, [0])[0] - held_out(sums)[0]).sum() < np.quantile(gains, 0.99)
 
 
+def test_a_column_that_shows_nowhere_has_no_part_in_what_shows_in_one_flight_only():
+    rng = np.random.default_rng(7)
+    columns, _ = one_flight_only(rng, 0.01)
+    columns = np.column_stack([columns, np.zeros(1600)])
+    sums = sums_of(columns, rng.standard_normal(1600), blocks=32, folds=4)
+    assert np.isfinite(null_gains(sums, candidates_of(3), [(0, 1, 2)], rng)).all()
+    assert np.isfinite(held_out(sums)[0]).all()
+
+
 @pytest.mark.parametrize(("amplitude", "holds"), [(0.1, True), (1.0, False)])
 def test_an_effect_whose_number_changes_on_the_way_is_found_out(amplitude, holds):
     rng = np.random.default_rng(6)

@@ -53,4 +53,6 @@ def fitted(gram: Array, right: Array, half_gram: Array, half_right: Array, alone
 
 
 def _ridged(gram: Array, ridge: float) -> Array:
-    return gram + ridge * np.diag(np.maximum(np.diag(gram), 1e-300))
+    size = np.diag(gram)
+    # A column that is zero (its axis says nothing) gets the number 0, not a division by it.
+    return gram + ridge * np.diag(np.maximum(size, 1e-12 * size.max(initial=0.0) + 1e-300))
