@@ -99,10 +99,11 @@ def test_what_shows_in_one_flight_only_gains_nothing_by_chance():
 
 def test_a_column_that_shows_nowhere_has_no_part_in_what_shows_in_one_flight_only():
     rng = np.random.default_rng(7)
-    columns, _ = one_flight_only(rng, 0.01)
-    columns = np.column_stack([np.zeros(1600), columns])
+    one, _ = one_flight_only(rng, 0.01)
+    two, _ = one_flight_only(rng, 0.01)
+    columns = np.column_stack([one[:, 0], one[:, 1], two[:, 1], np.zeros(1600)])
     sums = sums_of(columns, rng.standard_normal(1600), blocks=32, folds=4)
-    assert np.isfinite(null_gains(sums, candidates_of(3), [(0, 1, 2)], rng)).all()
+    assert np.isfinite(null_gains(sums, candidates_of(4), [(0, 1, 2, 3)], rng)).all()
     assert np.isfinite(held_out(sums)[0]).all()
 
 
