@@ -6,8 +6,7 @@ such numbers, together, leave no more error than the limit of what matters. The 
 these standard deviations whose weight grows until the error rises by that limit (Tikhonov; Morozov's discrepancy
 principle, 1966).
 
-How much is ordinary depends on company. Tolerances come together: where other numbers deviate too, deviations up to
-what is likely by chance are ordinary; one clean deviation and nothing beside it is an effect, unless it is tiny.
+Where the flights showed the file to be exact (`allowance`), nothing is ordinary: what is off is off on its own.
 """
 
 from __future__ import annotations
@@ -22,9 +21,7 @@ from infotraj.diagnosis.search import INEXACT, Search
 from infotraj.diagnosis.sensitivities import Sensitivities
 from infotraj.diagnosis.sums import Sums
 
-ALONE = 1.0  # sum of squares, in standard deviations, that is ordinary for one number that deviates alone
-TOGETHER = 10.0  # the same where several do (95 % of chi squared with four to five degrees of freedom)
-_EVIDENT = 100.0  # fall of the squared error by tolerances beside the model: more than chance, others deviate too
+TOGETHER = 10.0  # sum of squares, in standard deviations, that is ordinary (95 % of chi squared, four to five numbers)
 
 
 def tolerated(search: Search, whole: Fit) -> frozenset[str]:
@@ -32,16 +29,12 @@ def tolerated(search: Search, whole: Fit) -> frozenset[str]:
     if search.tolerance < INEXACT:
         # The flights showed the vehicle file to be exact: what is off is off on its own.
         return frozenset()
-    alone = {}
-    for m in whole.members:
-        if not m.held:
-            alone[m.candidate.label] = _least(search, whole, {m.candidate.label})
+    members = [m.candidate.label for m in whole.members if not m.held]
+    alone = {label: _least(search, whole, {label}) for label in members}
     suspects = {label: least for label, least in alone.items() if least <= 3 * TOGETHER}
-    company = bool(suspects) and _beside(search, whole) > _EVIDENT
     while suspects:
-        most = TOGETHER if company or len(suspects) > 1 else ALONE
         least = _least(search, whole, set(suspects)) if len(suspects) > 1 else next(iter(suspects.values()))
-        if least <= most:
+        if least <= TOGETHER:
             return frozenset(suspects)
         del suspects[max(suspects, key=suspects.get)]
     return frozenset()
@@ -65,19 +58,6 @@ def _least(search: Search, whole: Fit, labels: Set[str]) -> float:
     allowed = search.matters * whole.sums.windows.sum(axis=1) + best
     sure = least_tolerance(beside, own, *nuisance(own, search.tolerance), allowed)
     return least_tolerance(sums, found, columns, deviation, allowed) - (sure if np.isfinite(sure) else 0.0)
-
-
-def _beside(search: Search, whole: Fit) -> float:
-    """Fall of the squared error of the fitted model when tolerances are fitted beside it."""
-    sums, found = search.linear(whole.members)
-    columns, deviation = nuisance(found, search.tolerance)
-    index = [*found.of_members, *columns]
-    if not columns:
-        return 0.0
-    gram, right, _ = sums.total()
-    gram, right = gram.sum(axis=0)[np.ix_(index, index)], right.sum(axis=0)[index]
-    prior = np.concatenate([np.full(len(found.of_members), 1e-6), 1 / deviation**2])
-    return float(right @ np.linalg.solve(gram + np.diag(prior), right))
 
 
 def least_tolerance(
