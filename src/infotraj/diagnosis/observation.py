@@ -53,7 +53,9 @@ class Observation:
     def raw(self, model: Model) -> list[list[Array]] | None:
         """Residuals of all flights; None where the model cannot be evaluated."""
         try:
-            found = [s.residual(model) for s in self.samples]
+            # Numbers far from any flight may overflow: such a model is not one.
+            with np.errstate(all="ignore"):
+                found = [s.residual(model) for s in self.samples]
         except InputError:
             return None
         return found if all(np.isfinite(x).all() for flight in found for x in flight) else None

@@ -135,7 +135,8 @@ def _joint(observation, effects, models, choices) -> list[list[Array]]:
             part[:, :, 0] = b
         for k, (moved, _) in enumerate(models):
             try:
-                residual = s.residual(observation.model([]).with_effects(*moved))
+                with np.errstate(all="ignore"):
+                    residual = s.residual(observation.model([]).with_effects(*moved))
             except InputError:
                 residual = base
             for part, b, r in zip(joint, base, residual, strict=True):
