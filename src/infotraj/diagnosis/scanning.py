@@ -15,12 +15,15 @@ from infotraj.diagnosis.candidates import Candidate, Variant, places, read, vari
 from infotraj.diagnosis.noise import PRIOR
 from infotraj.diagnosis.observation import Member, Observation
 from infotraj.diagnosis.residual import FlightSamples, flight_samples
+from infotraj.diagnosis.sensitivities import sensitivities
 from infotraj.diagnosis.whitened import whiten
 from infotraj.errors import InputError
 from infotraj.rotations import Array
 
 _STEPS = 56
 _BEYOND = 1.6  # the grid reaches this far beyond the effect's own starts
+_NEARBY = 1.15  # times the number that is sharpened, and its inverse: the ends of the fine grid
+_FINE_STEPS = 41
 _ROWS = 4000  # of the flight: enough to tell swings apart
 
 
@@ -88,6 +91,56 @@ def scanned(
     if best is None:
         return None
     return _variant(candidate, observation, best[1], own[0])
+
+
+def sharpened(observation: Observation, members: Sequence[Member], member: Member) -> Member | None:
+    """`member` of a fitted model with the best number of its shape near the present one, None for one without a shape.
+
+    The scan's grid is coarser than the valley of a swing that has run for long, and one flight may not show it. Here all
+    flights are asked on a fine grid, with all other numbers of the model free to follow.
+    """
+    shape = shape_of(member.candidate, observation)
+    if shape is None:
+        return None
+    at = places(member.candidate, observation.vehicle)
+    now = read(member.effect, at)
+    scale = [i for i in range(len(at)) if i != shape]
+    rest = [m for m in members if m.candidate.label != member.candidate.label]
+    joint = sensitivities(observation, rest, []).joint
+    every = _stacked(observation, joint)
+    r, others = every[:, 0], every[:, 1:]
+    inverse = np.linalg.inv(others.T @ others + np.eye(others.shape[1]) / PRIOR**2)
+    of_r = others.T @ r
+    best, found = -np.inf, None
+    for value in now[shape] * np.geomspace(1 / _NEARBY, _NEARBY, _FINE_STEPS):
+        x = now.copy()
+        x[shape] = np.clip(value, at[shape].low, at[shape].high)
+        after = observation.raw(observation.model([*rest, Member(member.candidate, written(member.candidate, at, x))]))
+        if after is None:
+            continue
+        raw = [
+            [(b[:, :, 0] - a)[:, :, None] for a, b in zip(flight, before, strict=True)]
+            for flight, before in zip(after, joint, strict=True)
+        ]
+        column = _stacked(observation, raw)[:, 0]
+        cross = others.T @ column
+        size = column @ column - cross @ inverse @ cross
+        shared = column @ r - cross @ inverse @ of_r
+        gain = shared**2 / size if size > 1e-9 * (column @ column) and shared > 0 else -np.inf
+        if gain > best:
+            # The column is linear in the other numbers: as many times theirs as explains most.
+            x[scale] = np.clip(x[scale] * shared / size, [at[i].low for i in scale], [at[i].high for i in scale])
+            best, found = gain, x
+    return None if found is None else Member(member.candidate, written(member.candidate, at, found))
+
+
+def _stacked(observation: Observation, joint: Sequence[Sequence[Array]]) -> Array:
+    """Whitened columns (m, 3, c) of all channels and flights, one below the other."""
+    parts = []
+    for s, columns in zip(observation.samples, joint, strict=True):
+        for w in whiten(s, observation.noise, columns):
+            parts += [w[:, i] for i in range(3)]
+    return np.concatenate(parts)
 
 
 def _part(observation: Observation, members: Sequence[Member]) -> tuple[FlightSamples, Callable]:

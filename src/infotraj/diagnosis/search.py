@@ -20,7 +20,7 @@ from infotraj.diagnosis.noise import PRIOR, estimated, started
 from infotraj.diagnosis.null import null_gains
 from infotraj.diagnosis.observation import Member, Observation
 from infotraj.diagnosis.plain import Plain, binned, mean_products, plain
-from infotraj.diagnosis.scanning import scanned, shape_of
+from infotraj.diagnosis.scanning import scanned, shape_of, sharpened
 from infotraj.diagnosis.sensitivities import Sensitivities, extended, sensitivities, start_of
 from infotraj.diagnosis.silent import silent_axes
 from infotraj.diagnosis.subsets import Scored, SubsetSearch
@@ -58,6 +58,7 @@ class Search:
     trail: list[str] = field(default_factory=list)
     at_bound: dict[str, str] = field(default_factory=dict)
     silent: dict[str, str] = field(default_factory=dict)
+    _shapes: dict[str, float] = field(default_factory=dict)
     _white: tuple[Noise, list[list[Array]], Array] | None = None
     _binned: tuple[list[list[Array]], Array] | None = None
 
@@ -65,8 +66,25 @@ class Search:
         """The fit of a set of members, made once."""
         key = frozenset(m.candidate.label for m in members)
         if key not in self.fits:
-            self.fits[key] = fit(self.observation, members)
+            self.fits[key] = self._sharp(fit(self.observation, members))
         return self.fits[key]
+
+    def _sharp(self, made: Fit | None) -> Fit | None:
+        """A fit whose shapes (the length of a swinging load) are the best nearby, not only in their own valley."""
+        for m in () if made is None else made.members:
+            shape = shape_of(m.candidate, self.observation)
+            if shape is None or m.held:
+                continue
+            label, at = m.candidate.label, places(m.candidate, self.observation.vehicle)
+            if np.isclose(read(m.effect, at)[shape], self._shapes.get(label, np.inf), rtol=0.01):
+                continue
+            better = sharpened(self.observation, made.members, m)
+            if better is not None:
+                moved = [better if x.candidate.label == label else x for x in made.members]
+                again = fit(self.observation, moved)
+                made = again if again is not None and again.cost < made.cost else made
+            self._shapes[label] = read(next(x for x in made.members if x.candidate.label == label).effect, at)[shape]
+        return made
 
     def renoised(self, members: Sequence[Member]) -> None:
         """Estimates the noise again around the model with `members`; fits made before no longer count."""
