@@ -96,8 +96,8 @@ def scanned(
 def sharpened(observation: Observation, members: Sequence[Member], member: Member) -> Member | None:
     """`member` of a fitted model with the best number of its shape near the present one, None for one without a shape.
 
-    The scan's grid is coarser than the valley of a swing that has run for long, and one flight may not show it. Here all
-    flights are asked on a fine grid, with all other numbers of the model free to follow.
+    The scan's grid is coarser than the valley of a swing that has run for long, and one flight may not show it. Here
+    all flights are asked on a fine grid, with all other numbers of the model free to follow.
     """
     shape = shape_of(member.candidate, observation)
     if shape is None:
