@@ -12,7 +12,7 @@ from infotraj.comparing.statistics import Statistics
 from infotraj.diagnosis import refusal
 from infotraj.diagnosis.candidates import candidates
 from infotraj.diagnosis.diagnosis import held_members, observe
-from infotraj.diagnosis.fitting import Fit, fit
+from infotraj.diagnosis.fitting import Fit, beyond_bounds, fit
 from infotraj.diagnosis.noise import estimated, started
 from infotraj.diagnosis.numbers import fitted_numbers
 from infotraj.diagnosis.observation import Member, Observation
@@ -27,13 +27,17 @@ _AGAIN = 2  # times that the noise is estimated anew from the fitted model
 
 @dataclass(frozen=True)
 class Added:
-    """A model with effects added: their names, standard errors of all its effects, equation error before and after."""
+    """A model with effects added: their names, standard errors of all its effects, equation error before and after.
+
+    ended: effects whose numbers stopped at a physical bound, and how.
+    """
 
     model: Model
     names: tuple[str, ...]
     errors: tuple[dict[str, Any], ...]
     before: Statistics
     after: Statistics
+    ended: dict[str, str]
 
     def as_dict(self) -> dict[str, Any]:
         """JSON: effects with parameters and standard errors, errors before and after."""
@@ -105,6 +109,7 @@ def add(
         tuple(fitted_numbers(made, vehicle)),
         refusal.errors(model, flights, start, stop),
         refusal.errors(new, flights, start, stop),
+        beyond_bounds(made, vehicle),
     )
 
 

@@ -31,7 +31,7 @@ _DENSE = 0.005  # s
 _UNSURE = 1 / 3  # of the time beyond that by which thinned commands may seem early or late
 _STAMP = 0.1  # of the time between rows: time stamps are hardly more exact, whatever else is
 _FREE = 100.0  # standard deviations: no prior at all
-_TIMING = ("rotor_lag", "servo_lag", "actuation_delay", "time_offset")
+TIMING = ("rotor_lag", "servo_lag", "actuation_delay", "time_offset")
 _SHOWN = 10.0  # squared error that a kind of tolerance would raise: with more, flights say how large it is
 _MOST = 3.0  # standard deviations that are ordinary
 _SCALES = (0.03, 0.1, 0.3, 0.6, 1.0, 1.5)  # of all tolerances together
@@ -42,9 +42,10 @@ def scale_and_spread(sums: Sums, found: Sensitivities) -> tuple[float, Array]:
 
     Each tolerance that the model does not have moves the numbers that are fitted without it. Their common scale is
     estimated from what the fit leaves, by marginal likelihood (MacKay 1992): exact vehicle files get 0, also where one
-    thing alone is off. Where kinds of tolerance differ, the second largest scale of a kind counts: two kinds that are
-    off say that the file is not exact, one alone may be an effect. The variance is that of the members' numbers in
-    usual sizes, each kind at its own scale where these flights show it. sums: of the fitted model and all candidates.
+    thing alone is off. Where kinds of tolerance differ, the second largest scale of a kind counts, and that of a kind
+    of which several are off (rotors): they say that the file is not exact, one thing alone may be an effect. The
+    variance is that of the members' numbers in usual sizes, each kind at its own scale where these flights show it.
+    sums: of the fitted model and all candidates.
     """
     columns, deviation = nuisance(found)
     own = list(found.of_members)
@@ -59,14 +60,18 @@ def scale_and_spread(sums: Sums, found: Sensitivities) -> tuple[float, Array]:
     rest = gram[np.ix_(columns, columns)] * np.outer(deviation, deviation) - across.T @ solved
     pull = right[columns] * deviation - solved.T @ right[own]
     owner = {c: choice.candidate.name for choice in found.choices for c in choice.columns}
-    kinds = ["timing" if owner[c] in _TIMING else owner[c] for c in columns]
+    kinds = ["timing" if owner[c] in TIMING else owner[c] for c in columns]
     names = list(dict.fromkeys(kinds))
     kind = np.array([names.index(k) for k in kinds])
     labels = {c: choice.candidate.label for choice in found.choices for c in choice.columns}
-    common = _common_scale(rest, pull, np.array([labels[c] for c in columns]))
+    label = np.array([labels[c] for c in columns])
+    common = _common_scale(rest, pull, label)
     of_kind = _scales_by_kind(rest, pull, kind)
-    scale = max(common, float(np.sort(of_kind)[-2])) if len(of_kind) > 1 else common
-    shown = scale**2 * np.bincount(kind, np.diag(rest)) > _SHOWN
+    second = float(np.sort(of_kind)[-2]) if len(of_kind) > 1 else 0.0
+    apart = [np.flatnonzero(kind == k) for k in range(len(names)) if names[k] != "timing"]
+    several = max((_common_scale(rest[np.ix_(i, i)], pull[i], label[i]) for i in apart), default=0.0)
+    scale = max(common, second, several)
+    shown = np.maximum(scale, of_kind) ** 2 * np.bincount(kind, np.diag(rest)) > _SHOWN
     each = np.where(shown, of_kind, scale)[kind]
     each = np.maximum(each, nuisance(found, 0.0)[1] / deviation)
     return scale, np.sum((each * solved) ** 2, axis=1)
@@ -76,7 +81,7 @@ def stamp_variance(members: Sequence[Member], vehicle: Vehicle, command_step: fl
     """Variance (p,) of the members' numbers in usual sizes by what time stamps are off: 0 but for times."""
     return np.array(
         [
-            (_STAMP * command_step / p.scale) ** 2 if m.candidate.name in _TIMING else 0.0
+            (_STAMP * command_step / p.scale) ** 2 if m.candidate.name in TIMING else 0.0
             for m in members
             for p in m.places(vehicle)
         ]
@@ -165,8 +170,8 @@ def nuisance(found: Sensitivities, scale: float = 1.0) -> tuple[list[int], Array
         columns += list(choice.columns)
         own = scale * TOLERANCES[choice.candidate.name]
         if choice.candidate.name in ("actuation_delay", "time_offset"):
-            own += scale * _UNSURE * max(found.command_step - _DENSE, 0.0) / abs(choice.scale[0])
-        if choice.candidate.name in _TIMING:
+            own += _UNSURE * max(found.command_step - _DENSE, 0.0) / abs(choice.scale[0])
+        if choice.candidate.name in TIMING:
             own = max(own, _STAMP * found.command_step / abs(choice.scale[0]))
         deviation += [own] * len(choice.columns)
     return columns, np.array(deviation)

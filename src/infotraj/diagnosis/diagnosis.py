@@ -34,7 +34,7 @@ class Diagnosis:
 
     supported: names, one for each Supported effect and each Not separable group; model: with them added; members,
     errors_of: the fitted effects in it and their standard errors, in the model's order; whole: the fit of all that the
-    search took; final: that of the model as given.
+    search took; final: that of `model` (of all where nothing is supported).
     """
 
     findings: tuple[Finding, ...]

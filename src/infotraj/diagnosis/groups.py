@@ -1,7 +1,8 @@
 """Which effects these flights cannot tell apart: each replaced by every other, fitted, and compared held-out.
 
 An effect belongs to the group of a supported one when, in its place and fitted as freely, its held-out error is within
-the noise of the best's: the paired difference over blocks is not significantly above zero.
+the noise of the best's (the paired difference over blocks is not significantly above zero) and rises by less than what
+matters.
 """
 
 from __future__ import annotations
@@ -10,11 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from infotraj.diagnosis.allowance import TIMING
 from infotraj.diagnosis.candidates import Candidate
 from infotraj.diagnosis.evidence import resampled
 from infotraj.diagnosis.fitting import Fit
 from infotraj.diagnosis.observation import Member
-from infotraj.diagnosis.search import Screen, Search, alternatives, heldout_error
+from infotraj.diagnosis.search import Screen, Search, alternatives, heldout_error, rises
 from infotraj.rotations import Array
 
 WITHIN = 0.99  # share of the resamples in which a member of the group may be worse
@@ -48,20 +50,19 @@ def group(
     lags = frozenset(c.label for c in search.known if _shifts(c)) if _shifts(member.candidate) else frozenset()
     tried = bool(maybe or lags)
     others = alternatives(search, rest, {label}, whole.cost, 0.5, maybe, lags) if tried else []
-    mine = heldout_error(whole)
-    best = min([mine.sum(), *(heldout_error(f).sum() for f in others)])
-    best_error = mine if mine.sum() <= best else min((heldout_error(f) for f in others), key=np.sum)
+    fits = [(whole, member), *((f, f.members[-1]) for f in others)]
+    errors = [heldout_error(f) for f, _ in fits]
+    first = int(np.argmin([e.sum() for e in errors]))
+    best, least = fits[first][0], errors[first]
     draws = resampled(whole.sums.flight, rng)
     equal: list[tuple[Member, Fit]] = []
     rivals = []
-    for other, new in [(whole, member), *((f, f.members[-1]) for f in others)]:
-        error = heldout_error(other)
-        worse = np.mean(draws @ (error - best_error).sum(axis=0) > 0)
-        at_bound = other is not whole and bool(other.at_bound[-new.candidate.count(search.observation.vehicle) :].all())
+    for (other, new), error in zip(fits, errors, strict=True):
+        worse = np.mean(draws @ (error - least).sum(axis=0) > 0)
+        near = worse <= WITHIN or error.sum() - least.sum() < max(1.0, chance / 3)
+        at_bound = bool(other.at_bound[-new.candidate.count(search.observation.vehicle) :].all())
         # What the fit to all flights preferred stays in, even where held out another does better.
-        if other is whole or (
-            (worse <= WITHIN or error.sum() - best_error.sum() < max(1.0, chance / 3)) and not at_bound
-        ):
+        if other is whole or (near and not at_bound and rises(best, other).max() < search.matters):
             equal.append((new, other))
         else:
             rivals.append(error)
@@ -74,4 +75,4 @@ def group(
 
 def _shifts(candidate: Candidate) -> bool:
     """Whether an effect does little but shift things in time: a linearisation cannot say how alike two of them are."""
-    return candidate.name in ("actuation_delay", "rotor_lag", "servo_lag", "time_offset")
+    return candidate.name in TIMING

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from infotraj.rotations import Array
 
 LEAST = 0.1  # of a column's sum of squares: with less outside of a fold, nothing outside says much of its number
+_NOTHING = 0.01  # of what it has where it is tested: with less to fit it by, a number is not fitted at all
 
 
 def lonely(gram_of: Array) -> NDArray:
@@ -31,12 +32,16 @@ def halves(fold: NDArray) -> NDArray:
     return half
 
 
-def fitted(gram: Array, right: Array, half_gram: Array, half_right: Array, alone: NDArray, ridge: float) -> Array:
+def fitted(
+    gram: Array, right: Array, half_gram: Array, half_right: Array, alone: NDArray, tested: Array, ridge: float
+) -> Array:
     """Numbers (..., p): those not `alone` by the other folds, (p, p) and (..., p), the others by half of the fold too.
 
     Least squares over both, in which the half sees the first only through what the other folds make of them.
+    tested (p,): sums of squares of the columns in the half that is tested; what shows nowhere else gets 0.
     """
-    few, many = np.flatnonzero(alone), np.flatnonzero(~alone)
+    told = np.diag(gram + half_gram) >= _NOTHING * tested
+    few, many = np.flatnonzero(alone & told), np.flatnonzero(~alone)
     along, start = np.zeros((len(many), len(few))), np.zeros((*right.shape[:-1], len(many)))
     if len(many):
         within = _ridged(gram[np.ix_(many, many)], ridge)
@@ -55,4 +60,4 @@ def fitted(gram: Array, right: Array, half_gram: Array, half_right: Array, alone
 def _ridged(gram: Array, ridge: float) -> Array:
     size = np.diag(gram)
     # A column that is zero (its axis says nothing) gets the number 0, not a division by it.
-    return gram + ridge * np.diag(np.maximum(size, 1e-12 * size.max(initial=0.0) + 1e-300))
+    return gram + ridge * np.diag(np.where(size > 0, size, 1.0))

@@ -57,7 +57,7 @@ def _gain(gram_of: Array, right_of: Array, columns: Sequence[int]) -> Array:
             total += _fall(folds[f], of_folds[f], np.linalg.solve(rest[0] + eye, rest[1].T).T)
             continue
         for h in (0, 1):
-            theta = fitted(*rest, g[f, 1 - h], b[f, 1 - h], few, RIDGE)
+            theta = fitted(*rest, g[f, 1 - h], b[f, 1 - h], few, np.diag(g[f, h]), RIDGE)
             total += _fall(g[f, h], b[f, h], theta)
     return total
 

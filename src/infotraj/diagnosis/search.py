@@ -90,7 +90,7 @@ class Search:
         """Estimates the noise again around the model with `members`; fits made before no longer count."""
         joint = self.joint(members)[0]
         self.observation = estimated(self.observation, joint, rounds=1)
-        self.fits = {}
+        self.fits, self._shapes = {}, {}
 
     def rebased(self, members: Sequence[Member]) -> None:
         """Linearises the candidates anew around the model with `members`.
@@ -205,7 +205,8 @@ def run(search: Search, held: Sequence[Member]) -> Fit:
             if search.tolerance < INEXACT:
                 search.trail.append(f"tolerances times {search.tolerance:.2g}")
                 # What stood for a number within ordinary tolerances may be that number itself.
-                members = _within_bounds(search, _questioned(search, members))
+                members = _moved_to(search, members, _within_bounds(search, _questioned(search, members)))
+                seen.add(_labels(members))
                 continue
         if not more:
             if second or not search.at_bound:
@@ -226,11 +227,16 @@ def run(search: Search, held: Sequence[Member]) -> Fit:
             barred |= back
         else:
             barred = set()
-        if _reshaping(tried) != _reshaping(members):
-            search.rebased(search.fitted(tried).members)
-        members = tried
+        members = _moved_to(search, members, tried)
         seen.add(_labels(members))
     return search.fitted(members)
+
+
+def _moved_to(search: Search, before: Sequence[Member], after: tuple[Member, ...]) -> tuple[Member, ...]:
+    """`after`, with all candidates linearised anew around it where what they do has another shape there."""
+    if _reshaping(after) != _reshaping(before):
+        search.rebased(search.fitted(after).members)
+    return after
 
 
 def tolerance_scale(search: Search, whole: Fit) -> float:

@@ -200,7 +200,8 @@ class SubsetSearch:
             g, b, other, of_other = grams[h], rights[h], grams[1 - h], rights[1 - h]
             left, of_left = of_rest - rest @ place, of_other - other @ place
             theta = place.copy()
-            theta[at] = fitted(rest[inner], left[at], other[inner], of_left[at], self._lonely[k][at], RIDGE)
+            alone, tested = self._lonely[k][at], np.diag(g)[at]
+            theta[at] = fitted(rest[inner], left[at], other[inner], of_left[at], alone, tested, RIDGE)
             total += float(2 * theta @ b - theta @ g @ theta)
         return total
 

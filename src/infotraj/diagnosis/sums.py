@@ -173,7 +173,8 @@ def held_out(sums: Sums, columns: Sequence[int] | None = None) -> tuple[Array, A
             continue
         for h in (0, 1):
             other = out & (half != h)
+            tested = np.diag(gram[out & (half == h)].sum(axis=0))
             more = gram[other].sum(axis=0), right[other].sum(axis=0)
-            theta[out & (half == h)] = fitted(*rest, *more, few, RIDGE)
+            theta[out & (half == h)] = fitted(*rest, *more, few, tested, RIDGE)
     along = np.einsum("abij,bj->abi", part.gram, theta)
     return part.square + np.einsum("abi,bi->ab", along - 2 * part.right, theta), theta

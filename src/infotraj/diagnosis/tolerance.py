@@ -29,35 +29,30 @@ def tolerated(search: Search, whole: Fit) -> frozenset[str]:
     if search.tolerance < INEXACT:
         # The flights showed the vehicle file to be exact: what is off is off on its own.
         return frozenset()
-    members = [m.candidate.label for m in whole.members if not m.held]
-    alone = {label: _least(search, whole, {label}) for label in members}
-    suspects = {label: least for label, least in alone.items() if least <= 3 * TOGETHER}
+    # What tolerances explain beside the whole model they must explain in its parts too, and are not charged for.
+    beside, own = search.linear(whole.members)
+    best = np.minimum(without_tolerances(beside, own, search.tolerance).square, whole.sums.square).sum(axis=1)
+    allowed = search.matters * whole.sums.windows.sum(axis=1) + best
+    sure = least_tolerance(beside, own, *nuisance(own, search.tolerance), allowed)
+    sure = sure if np.isfinite(sure) else 0.0
+
+    def least(labels: Set[str]) -> float:
+        """Least sum of squares, in standard deviations, that explains what these members explain; inf if none does."""
+        out = search.fitted([m for m in whole.members if m.candidate.label not in labels])
+        if out is None:
+            return float("inf")
+        sums, found = search.linear(out.members)
+        columns, deviation = nuisance(found, search.tolerance)
+        return least_tolerance(sums, found, columns, deviation, allowed) - sure if columns else float("inf")
+
+    alone = {m.candidate.label: least({m.candidate.label}) for m in whole.members if not m.held}
+    suspects = {label: size for label, size in alone.items() if size <= 3 * TOGETHER}
     while suspects:
-        least = _least(search, whole, set(suspects)) if len(suspects) > 1 else next(iter(suspects.values()))
-        if least <= TOGETHER:
+        size = least(set(suspects)) if len(suspects) > 1 else next(iter(suspects.values()))
+        if size <= TOGETHER:
             return frozenset(suspects)
         del suspects[max(suspects, key=suspects.get)]
     return frozenset()
-
-
-def _least(search: Search, whole: Fit, labels: Set[str]) -> float:
-    """Least sum of squares, in standard deviations, that explains what these members explain; inf where none does.
-
-    It is what tolerances need beyond those that they need beside the whole model.
-    """
-    out = search.fitted([m for m in whole.members if m.candidate.label not in labels])
-    if out is None:
-        return float("inf")
-    sums, found = search.linear(out.members)
-    columns, deviation = nuisance(found, search.tolerance)
-    if not columns:
-        return float("inf")
-    # What tolerances explain beside the whole model they must explain here too, and are not charged for.
-    beside, own = search.linear(whole.members)
-    best = without_tolerances(beside, own, search.tolerance).square.sum(axis=1)
-    allowed = search.matters * whole.sums.windows.sum(axis=1) + best
-    sure = least_tolerance(beside, own, *nuisance(own, search.tolerance), allowed)
-    return least_tolerance(sums, found, columns, deviation, allowed) - (sure if np.isfinite(sure) else 0.0)
 
 
 def least_tolerance(

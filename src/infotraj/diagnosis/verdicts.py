@@ -81,6 +81,7 @@ class Judge:
         gains = null_gains(self.sums, self.found, singles, self.rng) if singles else np.zeros(1)
         self.chance = float(np.quantile(gains, SIGNIFICANCE))
         self._absent = [c for choice in self.found.choices for c in choice.columns]
+        self._errors: dict[int, list[Array]] = {}
         self._wrong = beyond_bounds(self.whole, self.search.observation.vehicle)
 
     def findings(self, hidden: Mapping[str, str]) -> tuple[Finding, ...]:
@@ -110,7 +111,10 @@ class Judge:
 
     def _numbers(self, made: Fit, m: Member) -> dict[str, Any]:
         """Standard errors of a member of a fit."""
-        every = errors_of(made, self.search.observation.vehicle, widening(self.left), spread(self.search, made))
+        if id(made) not in self._errors:
+            vehicle = self.search.observation.vehicle
+            self._errors[id(made)] = errors_of(made, vehicle, widening(self.left), spread(self.search, made))
+        every = self._errors[id(made)]
         labels = [x.candidate.label for x in made.members]
         return by_parameter(m, every[labels.index(m.candidate.label)])
 
@@ -248,7 +252,8 @@ def _overshadowed(e: Evidence, left: Unexplained) -> str | None:
     for s in left.axes:
         own = e.by_axis.get(s.axis, 0.0)
         part = own > 0.5 * e.rise and own < _CLEARER * s.rise
-        if part or (s.axis[0] in "ft" and e.rise < _CLEAR * s.rise):
+        anywhere = refusal.axis_group(s.axis) is not None and s.share > 0
+        if part or (anywhere and e.rise < _CLEAR * s.rise):
             return (
                 f"structured error is left on {s.axis} (rise {s.rise:.2g}) beside the {e.rise:.2g} that this explains"
             )
@@ -258,7 +263,7 @@ def _overshadowed(e: Evidence, left: Unexplained) -> str | None:
 def _dwarfed(e: Evidence, by: Evidence, matters: float, share: float) -> bool:
     """Whether another effect explains so much more on every axis on which this one matters."""
     axes = [a for a, rise in e.by_axis.items() if rise >= matters]
-    return all(e.by_axis[a] < share * by.by_axis.get(a, 0.0) for a in axes)
+    return bool(axes) and all(e.by_axis[a] < share * by.by_axis.get(a, 0.0) for a in axes)
 
 
 def _usual_rise(gram: Array, found: Sensitivities, index: int) -> float:

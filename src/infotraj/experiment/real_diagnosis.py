@@ -21,7 +21,6 @@ from infotraj.diagnosis.premises import examined
 from infotraj.diagnosis.saving import save_diagnosed
 from infotraj.diagnosis.steps import steps
 from infotraj.diagnosis.verdicts import Finding
-from infotraj.effects import effect_class
 from infotraj.evaluation.lateral_error import lateral_error
 from infotraj.experiment.config import ExperimentConfig
 from infotraj.experiment.real_windows import chosen
@@ -34,7 +33,6 @@ from infotraj.vehicle import Vehicle
 
 NOTHING = "nothing"
 JOINED = "+"  # between the names of effects that are added together
-_AT_BOUND = 1e-3  # share of the range of a parameter: nearer than this to its end it was not found, but stopped
 
 
 def diagnose_flights(
@@ -97,10 +95,10 @@ def add_named(
     given = load_model(Path(config) / wanted.model)
     used = _read(flights, wanted.fit, given.vehicle)
     before = refusal.errors(given, used, None, None)
-    rows = [_added(NOTHING, given, [{} for _ in given.effects], before)]
+    rows = [_added(NOTHING, given, [{} for _ in given.effects], before, ())]
     for names in wanted.add:
         made = add(given, names.split(JOINED), used)
-        rows.append(_added(names, made.model, made.errors, made.after))
+        rows.append(_added(names, made.model, made.errors, made.after, made.ended))
         print(f"{names}\n{made.as_text()}", flush=True)
     write_table(pd.DataFrame([{"data_set": name} | row for row in rows]), table)
 
@@ -129,24 +127,19 @@ def _verdict(f: Finding) -> dict[str, Any]:
     }
 
 
-def _added(names: str, model: Model, errors: Iterable[dict[str, Any]], after: Statistics) -> dict[str, Any]:
+def _added(
+    names: str, model: Model, errors: Iterable[dict[str, Any]], after: Statistics, ended: Iterable[str]
+) -> dict[str, Any]:
     vehicle = model.vehicle
     declared = float(np.mean([rotor.time_constant for rotor in vehicle.rotors]))
     row: dict[str, Any] = {"effects": names, "time_constant": declared, "time_constant_error": np.nan}
     for i, axis in enumerate(("xx", "yy", "zz")):
         row |= {f"J_{axis}": vehicle.inertia_matrix()[i, i], f"J_{axis}_error": np.nan}
-    ended = []
     for effect, error in zip(model.effects, errors, strict=True):
         places = {"extra_time_constant": "time_constant"} | {f"d{a}": f"J_{a}" for a in ("xx", "yy", "zz")}
         for parameter, column in places.items():
             if effect.name in ("rotor_lag", "inertia_error") and parameter in effect.values:
                 row[column] += effect.values[parameter]
                 row[f"{column}_error"] = error.get(parameter, np.nan)
-        for p in effect.parameters:
-            low, high = effect_class(effect.name).bounds(vehicle, p)
-            value = np.atleast_1d(np.asarray(effect.values.get(p.name, np.nan), dtype=float))
-            margin = _AT_BOUND * (high - low)
-            if not p.index and ((value < low + margin) | (value > high - margin)).any():
-                ended.append(f"{effect.name}.{p.name}")
-    row["at_bound"] = " ".join(ended)
+    row["at_bound"] = " ".join(sorted(ended))
     return row | {f"rmse_{a}": float(v) for a, v in zip(AXES, after.rmse, strict=True)}
