@@ -2,7 +2,7 @@
 
 Levenberg (1944) and Marquardt (1963) on the whitened residual, in units of each number's usual size, with bounds by
 projection (Kelley, "Iterative methods for optimization", 1999, 5.4). Directions that the flights hardly determine are
-held by the damping and reported by their standard errors.
+held near the absent value by a weak prior and reported by their standard errors.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from infotraj.diagnosis.sums import Sums, block_sums
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
+_USUAL = 3.0  # usual sizes: a weak prior about the absent value, that only what the flights do not determine feels
 _ROUNDS = 8
 _NEAR = 0.3  # usual sizes from where the Jacobian was taken: nearer it counts as that of the place
 _AS_EXPECTED = 0.1  # relative difference between the gain of a step and what the Jacobian said
@@ -49,23 +50,25 @@ def fit(observation: Observation, members: Sequence[Member], rounds: int = _ROUN
     r = _residual(observation, members, x)
     if r is None:
         return None
-    cost, damping = float(r @ r), 1e-4
+    absent = np.array([p.absent / p.scale for _, p in owner])
+    cost, damping = _penalised(r, x, absent), 1e-4
     jacobian, taken_at = np.zeros((len(r), 0)), None
     for _ in range(rounds):
         if taken_at is None:
             jacobian, taken_at = _jacobian(observation, members, x, r, owner), x
-        gram, right = jacobian.T @ jacobian, jacobian.T @ r
+        gram = jacobian.T @ jacobian + np.eye(len(x)) / _USUAL**2
+        right = jacobian.T @ r - (x - absent) / _USUAL**2
         gained, expected = 0.0, 1.0
         for _ in range(6):
             step = _step(gram, right, damping, x, low, high)
             trial = np.clip(x + step, low, high)
             moved = _residual(observation, members, trial)
-            if moved is not None and moved @ moved < cost:
+            if moved is not None and (reached := _penalised(moved, trial, absent)) < cost:
                 step = trial - x
                 expected = float(2 * right @ step - step @ gram @ step)
-                gained = cost - float(moved @ moved)
+                gained = cost - reached
                 off = (r - moved) - jacobian @ step
-                x, r, cost = trial, moved, float(moved @ moved)
+                x, r, cost = trial, moved, reached
                 damping = max(damping * 0.1, 1e-9)
                 break
             damping = max(damping * 10, 1e-3)
@@ -89,7 +92,11 @@ def fit(observation: Observation, members: Sequence[Member], rounds: int = _ROUN
     fitted = tuple(unpacked(members, vehicle, x))
     raw = observation.raw(observation.model(fitted))
     plain = mean_squares(observation.samples, sums.axes, raw, observation.ignored)
-    return Fit(fitted, cost, sums, at_bound, plain)
+    return Fit(fitted, float(r @ r), sums, at_bound, plain)
+
+
+def _penalised(r: Array, x: Array, absent: Array) -> float:
+    return float(r @ r + np.sum(((x - absent) / _USUAL) ** 2))
 
 
 def beyond_bounds(made: Fit, vehicle: Vehicle) -> dict[str, str]:
