@@ -178,7 +178,9 @@ class Judge:
         # Where structure is left that can be predicted, it is no drift.
         drifts = not any(e.by_axis.get(s.axis, 0.0) > 0.2 * e.rise for s in self.left.axes)
         absent = self._absent if drifts else []
-        varies = inconstancy(self.sums, self.found.members[place], explained, absent)
+        theta, mine = searching.departure(self.whole, {m.candidate.label}, self.search.observation.vehicle)
+        size = float(np.max(np.abs(theta[mine])))
+        varies = inconstancy(self.sums, self.found.members[place], size, explained, absent)
         if varies > MOST:
             more = f"{varies:.0%} of what it explains" if varies < 10 else "more than it explains"
             return "Plausible", f"its numbers differ between parts of the flights: their own would gain {more} on top"
