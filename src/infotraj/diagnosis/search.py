@@ -58,7 +58,6 @@ class Search:
     trail: list[str] = field(default_factory=list)
     at_bound: dict[str, str] = field(default_factory=dict)
     silent: dict[str, str] = field(default_factory=dict)
-    _shapes: dict[str, float] = field(default_factory=dict)
     _white: tuple[Noise, list[list[Array]], Array] | None = None
     _binned: tuple[list[list[Array]], Array] | None = None
 
@@ -66,31 +65,28 @@ class Search:
         """The fit of a set of members, made once."""
         key = frozenset(m.candidate.label for m in members)
         if key not in self.fits:
-            self.fits[key] = self._sharp(fit(self.observation, members))
+            self.fits[key] = fit(self.observation, members)
         return self.fits[key]
 
-    def _sharp(self, made: Fit | None) -> Fit | None:
-        """A fit whose shapes (the length of a swinging load) are the best nearby, not only in their own valley."""
+    def sharp(self, members: Sequence[Member]) -> Fit | None:
+        """The fit of a set in which shapes (the length of a swinging load) are the best nearby, not of one valley."""
+        made = self.fitted(members)
         for m in () if made is None else made.members:
-            shape = shape_of(m.candidate, self.observation)
-            if shape is None or m.held:
+            better = None if m.held else sharpened(self.observation, made.members, m)
+            if better is None:
                 continue
-            label, at = m.candidate.label, places(m.candidate, self.observation.vehicle)
-            if np.isclose(read(m.effect, at)[shape], self._shapes.get(label, np.inf), rtol=0.01):
-                continue
-            better = sharpened(self.observation, made.members, m)
-            if better is not None:
-                moved = [better if x.candidate.label == label else x for x in made.members]
-                again = fit(self.observation, moved)
-                made = again if again is not None and again.cost < made.cost else made
-            self._shapes[label] = read(next(x for x in made.members if x.candidate.label == label).effect, at)[shape]
+            moved = [better if x.candidate.label == m.candidate.label else x for x in made.members]
+            again = fit(self.observation, moved)
+            made = again if again is not None and again.cost < made.cost else made
+        if made is not None:
+            self.fits[frozenset(m.candidate.label for m in made.members)] = made
         return made
 
     def renoised(self, members: Sequence[Member]) -> None:
         """Estimates the noise again around the model with `members`; fits made before no longer count."""
         joint = self.joint(members)[0]
         self.observation = estimated(self.observation, joint, rounds=1)
-        self.fits, self._shapes = {}, {}
+        self.fits = {}
 
     def rebased(self, members: Sequence[Member]) -> None:
         """Linearises the candidates anew around the model with `members`.
@@ -315,7 +311,7 @@ def _additional(search: Search, members: Sequence[Member], barred: AbstractSet[s
 
 
 def _taken(search: Search, members: Sequence[Member], more: Sequence[Member]) -> tuple[Member, ...]:
-    found = search.fitted((*members, *more))
+    found = search.sharp((*members, *more))
     return tuple(members) if found is None else found.members
 
 
