@@ -19,8 +19,9 @@ from infotraj.diagnosis.observation import Member, Observation
 from infotraj.diagnosis.residual import FlightSamples, flight_samples
 from infotraj.diagnosis.search import MATTERS, Search, spread
 from infotraj.diagnosis.unexplained import Unexplained, unexplained
-from infotraj.diagnosis.verdicts import Finding, Judge, widening
+from infotraj.diagnosis.verdicts import CONFIDENT, Finding, Judge, widening
 from infotraj.diagnosis.whitened import blocks, noise_model
+from infotraj.diagnosis.withheld import withheld
 from infotraj.effects import Effect, catalogue
 from infotraj.errors import InputError, problem
 from infotraj.flight import Flight
@@ -110,8 +111,14 @@ def diagnose(
     refused = doubts or search.silent | refusal.unanswered(
         search.observation.model(whole.members), flights, start, stop
     )
-    findings = Judge(search, whole, list(catalog), left, refused, rng).findings(hidden)
+    judge = Judge(search, whole, list(catalog), left, refused, rng)
+    findings = judge.findings(hidden)
     supported, chosen = _supported(findings, whole, search)
+    spreads = widening(left)
+    if not refused:
+        named = {f.name for f in findings if f.verdict in CONFIDENT}
+        labels = {m.candidate.label for m in whole.members if m.candidate.name in named} | judge.ordinary
+        left = left.beside(withheld(search, whole, labels, judge.misfits, judge.chance))
     # The model that is given is fitted as it is given: without what else the search had taken.
     final = search.fitted([*(m for m in whole.members if m.held), *chosen]) if chosen else whole
     labels = {m.candidate.label for m in (*held, *chosen)}
@@ -119,7 +126,7 @@ def diagnose(
     after_model = Model(vehicle, [m.effect for m in added]) if chosen else model
     before = refusal.errors(model, flights, start, stop)
     after = refusal.errors(after_model, flights, start, stop) if chosen else before
-    errors = fitted_numbers(final, vehicle, widening(left), spread(search, final))
+    errors = fitted_numbers(final, vehicle, spreads, spread(search, final))
     numbers = zip(final.members, errors, strict=True)
     numbers = list(numbers)
     errors = tuple(e for m, e in numbers if m.candidate.label in labels) if chosen else ()

@@ -98,6 +98,9 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
             lines.append(f"{axis:<10}{values} {unit[axis[0]]}")
     for s in found.unexplained.axes:
         goes = ", ".join(f"{q} ({c:+.2f})" for q, c in s.goes_with)
+        if np.isnan(s.share):
+            lines.append(f"left on {s.axis} (rise {s.rise:.2g}): {s.hint}")
+            continue
         lines.append(f"left on {s.axis}: {s.share:.0%} of the slow error can be predicted; it goes with {goes}")
         if s.hint:
             lines.append(f"  hint, not a result: {s.hint} ({s.hint_share:.0%} held out)")

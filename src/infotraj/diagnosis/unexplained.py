@@ -9,14 +9,14 @@ that nobody listed can. Its size is judged as an effect's: by the rise of the wh
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from infotraj.comparing.floor import white_noise
-from infotraj.diagnosis.allowance import nuisance
 from infotraj.diagnosis.features import BIN, bins, memory, named, random_features
 from infotraj.diagnosis.fitting import Fit
+from infotraj.diagnosis.leftover import left_over
 from infotraj.diagnosis.search import Search
 from infotraj.diagnosis.sums import WINDOW
 from infotraj.diagnosis.whitened import noise_model, whiten
@@ -37,7 +37,8 @@ class Structure:
 
     share: of the error (50 ms means) that held-out flights predict, chance: the most that a shifted residual gives;
     rise: of the whitened squared error a sample, in units of the floor; goes_with: quantities it correlates with most;
-    hint: a sparse formula that holds up on held-out flights, its share, or None.
+    hint: a sparse formula that holds up on held-out flights, its share, or None. What is taken up by effects that are
+    not named (`withheld`) has no share (nan).
     """
 
     axis: str
@@ -57,10 +58,15 @@ class Unexplained:
     axes: tuple[Structure, ...]
     every: dict[str, Structure] = field(default_factory=dict)
 
+    def beside(self, taken: Sequence[Structure]) -> Unexplained:
+        """The same with what is taken up by effects that are not named: it is not explained either."""
+        axes = sorted([*self.axes, *taken], key=lambda s: -s.rise)
+        return replace(self, found=bool(axes), axes=tuple(axes))
+
 
 def unexplained(search: Search, whole: Fit, rng: np.random.Generator) -> Unexplained:
     """Looks for structure in what the fitted model `whole` leaves."""
-    left = _left(search, whole)
+    left = left_over(search, whole)
     o = search.observation
     model = o.model(whole.members)
     predictions = [model.predict(s.prepared) for s in o.samples]
@@ -98,21 +104,6 @@ def unexplained(search: Search, whole: Fit, rng: np.random.Generator) -> Unexpla
     named = {s.axis for s in real}
     real += [s for axis, s in loud.items() if axis not in named]
     return Unexplained(bool(real), tuple(sorted(real, key=lambda s: -s.rise)), every)
-
-
-def _left(search: Search, whole: Fit) -> list[list[Array]]:
-    """Residuals of the fitted model less what ordinary tolerances explain, one (m, 3) a channel of a flight."""
-    joint, found = search.joint(list(whole.members))
-    columns, deviation = nuisance(found, search.tolerance)
-    index = [*found.of_members, *columns]
-    if not index:
-        return [[x[:, :, 0] for x in flight] for flight in joint]
-    gram, right, _ = search.linear(whole.members)[0].total()
-    gram, right = gram.sum(axis=0)[np.ix_(index, index)], right.sum(axis=0)[index]
-    prior = np.concatenate([np.full(len(found.of_members), 1e-6), 1 / deviation**2])
-    theta = np.linalg.solve(gram + np.diag(prior), right)
-    take = np.array(index) + 1
-    return [[x[:, :, 0] - x[:, :, take] @ theta for x in flight] for flight in joint]
 
 
 def _loudness(y: Array, table: _Table, i: int, gravity: float) -> float | None:

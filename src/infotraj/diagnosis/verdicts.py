@@ -14,6 +14,7 @@ from infotraj.diagnosis.allowance import without_tolerances
 from infotraj.diagnosis.constancy import MOST, inconstancy
 from infotraj.diagnosis.evidence import Evidence, evidence
 from infotraj.diagnosis.fitting import Fit, beyond_bounds
+from infotraj.diagnosis.formula import Formulas, Misfit
 from infotraj.diagnosis.groups import Group, group
 from infotraj.diagnosis.null import null_gains
 from infotraj.diagnosis.numbers import by_parameter, errors_of, values_of
@@ -83,6 +84,8 @@ class Judge:
         self._absent = [c for choice in self.found.choices for c in choice.columns]
         self._errors: dict[int, list[Array]] = {}
         self._wrong = beyond_bounds(self.whole, self.search.observation.vehicle)
+        self._formulas: Formulas | None = None
+        self.misfits: dict[str, Misfit] = {}
 
     def findings(self, hidden: Mapping[str, str]) -> tuple[Finding, ...]:
         """One finding for each effect of the catalogue, in its order; hidden: what has no candidate, and why."""
@@ -93,6 +96,7 @@ class Judge:
                 if f.name not in out or (out[f.name].verdict != "Supported" and f.verdict in CONFIDENT):
                     out[f.name] = f
         out |= self._within_form(reported, out)
+        out |= self._beside_misfits(out)
         instances: dict[str, list[dict]] = {}
         for m in reported:
             instances.setdefault(m.candidate.name, []).append(values_of(m))
@@ -170,6 +174,8 @@ class Judge:
             return "Not needed", "no gain"
         if e.rise < self.search.matters:
             return "Not needed", "real, but negligible"
+        if (misfit := self._misfit(m, e, explained)) is not None:
+            return "Plausible", f"its numbers change {misfit.how}: that gains {_percent(misfit.share)} on top"
         if e.ci95[1] >= 0 or e.selected < _STEADY:
             return "Plausible", f"kept in {e.selected:.0%} of the resamples only"
         if (hides := _overshadowed(e, self.left)) is not None:
@@ -182,9 +188,18 @@ class Judge:
         size = float(np.max(np.abs(theta[mine])))
         varies = inconstancy(self.sums, self.found.members[place], size, explained, absent)
         if varies > MOST:
-            more = f"{varies:.0%} of what it explains" if varies < 10 else "more than it explains"
-            return "Plausible", f"its numbers differ between parts of the flights: their own would gain {more} on top"
+            how = "between parts of the flights"
+            self.misfits[m.candidate.label] = Misfit(how, e.axis, min(varies, 1.0) * e.rise, varies)
+            return "Plausible", f"its numbers change {how}: their own would gain {_percent(varies)} on top"
         return None, ""
+
+    def _misfit(self, m: Member, e: Evidence, explained: float) -> Misfit | None:
+        if self._formulas is None:
+            self._formulas = Formulas(self.search, self.whole, self.rng)
+        found = self._formulas.misfit(m, explained, e.rise)
+        if found is not None:
+            self.misfits[m.candidate.label] = found
+        return found
 
     def _within_form(self, reported: Sequence[Member], out: Mapping[str, Finding]) -> dict[str, Finding]:
         """Findings that may be no more than what another effect's formula is off by."""
@@ -205,6 +220,22 @@ class Judge:
                         for n in f.group
                         if out[n].group == f.group
                     }
+        return changed
+
+    def _beside_misfits(self, out: Mapping[str, Finding]) -> dict[str, Finding]:
+        """Findings beside an effect whose formula does not hold, which may be part of the same cause.
+
+        They are on the same axis, or explain hardly more than what that formula is known to miss.
+        """
+        changed: dict[str, Finding] = {}
+        for f in out.values():
+            for label, misfit in self.misfits.items():
+                name = label.split()[0]
+                if f.verdict not in CONFIDENT or f.name == name:
+                    continue
+                if _part_of(f.evidence, out[name].evidence) or f.evidence.gain < _CLEAR * misfit.gain:
+                    reason = f"it may be part of what {name} takes up, whose formula does not hold"
+                    changed[f.name] = replace(f, verdict="Plausible", group=(f.name,), reason=reason)
         return changed
 
     def _of_tolerated(self, m: Member) -> Finding:
@@ -249,6 +280,12 @@ class Judge:
         return verdict("Plausible", "some gain beside the supported effects")
 
 
+def _part_of(e: Evidence, other: Evidence) -> bool:
+    """Whether an effect may be part of what another takes up, on the axis where that one shows most."""
+    own = e.by_axis.get(other.axis, 0.0)
+    return own > 0.5 * e.rise and own < _CLEAR * other.rise
+
+
 def _overshadowed(e: Evidence, left: Unexplained) -> str | None:
     """The reason where what is left unexplained is not small beside what this effect explains."""
     for s in left.axes:
@@ -260,6 +297,10 @@ def _overshadowed(e: Evidence, left: Unexplained) -> str | None:
                 f"structured error is left on {s.axis} (rise {s.rise:.2g}) beside the {e.rise:.2g} that this explains"
             )
     return None
+
+
+def _percent(share: float) -> str:
+    return f"{share:.0%} of what it explains" if share < 10 else "more than it explains"
 
 
 def _dwarfed(e: Evidence, by: Evidence, matters: float, share: float) -> bool:

@@ -137,6 +137,7 @@ class ServoBias(Effect):
 
     name = "servo_bias"
     place = "actuators"
+    exact = True
     parameters = (Parameter("bias", "rad", 0.0175, (-0.1, 0.1), size="tilts"),)
     needs = ("tilt commands",)
     source = "zero error of a position servo"

@@ -14,6 +14,7 @@ class GyroBias(Effect):
 
     name = "gyro_bias"
     place = "measurement"
+    exact = True
     parameters = (Parameter("b", "rad/s", 0.03, (-0.5, 0.5), size=3),)
     needs = ("gyro", "attitude")
     source = "Farrenkopf (1978); Titterton and Weston, Strapdown Inertial Navigation Technology, 12"
@@ -28,6 +29,7 @@ class ImuMisalignment(Effect):
 
     name = "imu_misalignment"
     place = "measurement"
+    exact = True
     parameters = (Parameter("rotvec", "rad", 0.0175, (-0.3, 0.3), size=3),)
     needs = ("gyro", "accelerometer")
     source = "Titterton and Weston, Strapdown Inertial Navigation Technology, 12 (mounting misalignment)"

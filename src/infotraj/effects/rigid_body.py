@@ -17,6 +17,7 @@ class MassOffset(Effect):
 
     name = "mass_offset"
     place = "rigid body"
+    exact = True
     parameters = (Parameter("dm", "kg", 0.05, (-0.5, 1.0), meaning="true mass minus the vehicle file's"),)
     needs = ("mass", "specific force")
     source = "Newton's second law"
@@ -38,6 +39,7 @@ class InertiaError(Effect):
 
     name = "inertia_error"
     place = "rigid body"
+    exact = True
     parameters = tuple(
         Parameter(f"d{a}", "kg m^2", 0.01, (-1.0, 1.0), meaning=f"true J_{a} minus the vehicle file's")
         for a in ("xx", "yy", "zz")
@@ -72,6 +74,7 @@ class CenterOfMassOffset(Effect):
 
     name = "com_offset"
     place = "rigid body"
+    exact = True
     parameters = (Parameter("r", "m", 0.01, (-0.1, 0.1), size=3, meaning="centre of mass, body axes"),)
     needs = ("rate",)
     needs_to_act = needs

@@ -17,6 +17,7 @@ class SteadyForce(Effect):
 
     name = "steady_force"
     place = "wrench"
+    exact = True
     parameters = (Parameter("f", "N", 0.3, (-20.0, 20.0), size=3, meaning="world axes"),)
     needs = ("attitude", "mass", "specific force")
     needs_to_act = ("attitude",)
@@ -40,6 +41,7 @@ class SteadyTorque(Effect):
 
     name = "steady_torque"
     place = "wrench"
+    exact = True
     parameters = (Parameter("t", "N m", 0.01, (-10.0, 10.0), size=3, meaning="body axes"),)
     needs = ("inertia", "rate")
     source = "Euler's equations of motion with a constant disturbance"

@@ -1,0 +1,42 @@
+"""Effects of no catalogue: flagged, and no name supported for them, though a name fits them nearly as well."""
+
+import numpy as np
+import pytest
+from hidden_flights import OMAV, fly, truth
+
+from infotraj.diagnosis.diagnosis import diagnose
+from infotraj.diagnosis.formula import Formulas
+from infotraj.diagnosis.summary import sentence
+from infotraj.models import Model
+from infotraj.robots.plant.hiding import hide
+
+UNLISTED = {
+    "magnetic_torque": {"torque": [0.0, 0.0, 0.3]},
+    "flexible_arm": {"rotor": 2, "tip_mass": 0.25, "frequency": 7.0, "damping_ratio": 0.03},
+    "slosh": {"mass": 0.4, "place": [0.0, 0.0, -0.05], "frequency": 1.2, "damping_ratio": 0.05},
+    "wall_wake": {"place": 1.3, "range": 0.5, "pull": 2.0, "sink": 1.0, "torque": [0.0, 0.15, 0.0]},
+}
+
+
+@pytest.mark.parametrize("name", UNLISTED)
+def test_physics_of_no_catalogue_is_flagged_and_not_named(name):
+    found = diagnose(Model(OMAV), fly(hide(OMAV, [(name, UNLISTED[name])]), flights=4, seconds=12.0))
+    assert found.supported == ()
+    assert found.unexplained.found
+    assert found.unexplained.axes[0].rise > 0.05
+    assert "structured error is left" in sentence(found)
+
+
+def test_the_numbers_of_a_true_effect_do_not_change():
+    found = diagnose(Model(OMAV), fly(truth(center_of_mass=(0.008, -0.005, 0.006))))
+    (member,) = [m for m in found.whole.members if m.candidate.name == "com_offset"]
+    explained = found.search.fitted([]).cost - found.whole.cost
+    assert Formulas(found.search, found.whole, np.random.default_rng(0)).misfit(member, explained, 100.0) is None
+
+
+def test_a_torque_that_stays_in_the_world_is_no_steady_torque():
+    found = diagnose(Model(OMAV), fly(hide(OMAV, [("magnetic_torque", UNLISTED["magnetic_torque"])])))
+    said = found.finding("steady_torque")
+    assert said.verdict == "Plausible"
+    assert "its numbers change with R" in said.reason
+    assert any(np.isnan(s.share) and "steady_torque" in s.hint for s in found.unexplained.axes)
