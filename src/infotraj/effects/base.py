@@ -77,9 +77,7 @@ class Effect(ABC):
     hidden_when: ClassVar[str] = ""
     repeatable: ClassVar[bool] = False
     linear: ClassVar[bool] = False
-    exact: ClassVar[bool] = (
-        False  # mechanics or a constant: its numbers may be unknown, its formula approximates nothing
-    )
+    exact: ClassVar[bool] = False  # mechanics or a constant, not a formula that approximates what happens
 
     def __init__(self, **values: Any) -> None:
         known = {p.name for p in self.parameters}
