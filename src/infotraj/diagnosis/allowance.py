@@ -126,13 +126,8 @@ def ordinary(sums: Sums, found: Sensitivities, scale: float) -> tuple[list[int],
     """
     columns, deviation = nuisance(found, scale)
     owner = {c: choice.candidate.label for choice in found.choices for c in choice.columns}
-    own = list(found.of_members)
-    gram, right, _ = sums.total()
-    gram, right = gram.sum(axis=0), right.sum(axis=0)
     while columns:
-        index = np.array([*own, *columns])
-        prior = np.concatenate([np.full(len(own), 1e-6), 1 / deviation**2])
-        numbers = np.linalg.solve(gram[np.ix_(index, index)] + np.diag(prior), right[index])[len(own) :]
+        numbers = beside_members(sums, found, columns, deviation)[columns]
         worst = int(np.argmax(np.abs(numbers / deviation)))
         if abs(numbers[worst] / deviation[worst]) <= _MOST:
             break
@@ -147,16 +142,25 @@ def without_tolerances(sums: Sums, found: Sensitivities, scale: float) -> Sums:
     scale: how large the tolerances are, times ordinary ones.
     """
     columns, deviation = ordinary(sums, found, scale)
-    own = list(found.of_members)
     if not columns:
         return sums
-    index = np.array([*own, *columns])
+    theta = beside_members(sums, found, columns, deviation)
+    theta[list(found.of_members)] = 0.0
+    return sums.shifted(theta)
+
+
+def beside_members(sums: Sums, found: Sensitivities, columns: Sequence[int], deviation: Array) -> Array:
+    """Numbers (p,) of all columns when the members' are free and these have a prior; 0 for the others.
+
+    deviation: its standard deviations, in usual sizes.
+    """
+    own = list(found.of_members)
+    index = np.array([*own, *columns], dtype=int)
     prior = np.concatenate([np.full(len(own), 1e-6), 1 / deviation**2])
     gram, right, _ = sums.total()
-    found_numbers = np.linalg.solve(gram.sum(axis=0)[np.ix_(index, index)] + np.diag(prior), right.sum(axis=0)[index])
     theta = np.zeros(gram.shape[-1])
-    theta[columns] = found_numbers[len(own) :]
-    return sums.shifted(theta)
+    theta[index] = np.linalg.solve(gram.sum(axis=0)[np.ix_(index, index)] + np.diag(prior), right.sum(axis=0)[index])
+    return theta
 
 
 def nuisance(found: Sensitivities, scale: float = 1.0) -> tuple[list[int], Array]:

@@ -115,10 +115,10 @@ def diagnose(
     findings = judge.findings(hidden)
     supported, chosen = _supported(findings, whole, search)
     spreads = widening(left)
-    if not refused:
+    if not doubts:
         named = {f.name for f in findings if f.verdict in CONFIDENT}
         labels = {m.candidate.label for m in whole.members if m.candidate.name in named} | judge.ordinary
-        left = left.beside(withheld(search, whole, labels, judge.misfits, judge.chance))
+        left = left.beside(withheld(search, whole, labels, judge.misfits, judge.chance, refused))
     # The model that is given is fitted as it is given: without what else the search had taken.
     final = search.fitted([*(m for m in whole.members if m.held), *chosen]) if chosen else whole
     labels = {m.candidate.label for m in (*held, *chosen)}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 
@@ -122,6 +122,3 @@ def unpacked(members: Sequence[Member], vehicle: Vehicle, x: Array) -> list[Memb
 def inward(value: float, place: Place, step: float) -> float:
     """A step of this size that stays within the bounds."""
     return step if value + step <= place.high else -step
-
-
-Evaluate = Callable[[Sequence[Member]], Array | None]

@@ -63,10 +63,7 @@ def scanned(
         white = whiten(s, observation.noise, columns)
         return np.concatenate([w[:, axes].reshape(-1, w.shape[2]) for w, axes in zip(white, moved, strict=True)])
 
-    every = stacked([x[:, :, kept] for x in cut])
-    r, others = every[:, 0], every[:, 1:]
-    inverse = np.linalg.inv(others.T @ others + np.eye(others.shape[1]) / PRIOR**2)
-    of_r = others.T @ r
+    profile = _Profile(stacked([x[:, :, kept] for x in cut]))
     base = observation.model(members)
     before = s.residual(base)
     best: tuple[float, Array] | None = None
@@ -80,12 +77,7 @@ def scanned(
         except InputError:
             continue
         raw = [(b - a)[:, :, None] for a, b in zip(after, before, strict=True)]
-        column = stacked(raw)[:, 0]
-        cross = others.T @ column
-        known = inverse @ cross
-        size = column @ column - known @ cross
-        shared = column @ r - known @ of_r
-        gain = shared**2 / size if size > 1e-9 * (column @ column) and shared > 0 else 0.0
+        gain, _ = profile.gain(stacked(raw)[:, 0])
         if best is None or gain > best[0]:
             best = (gain, start)
     if best is None:
@@ -107,11 +99,8 @@ def sharpened(observation: Observation, members: Sequence[Member], member: Membe
     scale = [i for i in range(len(at)) if i != shape]
     rest = [m for m in members if m.candidate.label != member.candidate.label]
     joint = sensitivities(observation, rest, []).joint
-    every = _stacked(observation, joint)
-    r, others = every[:, 0], every[:, 1:]
-    inverse = np.linalg.inv(others.T @ others + np.eye(others.shape[1]) / PRIOR**2)
-    of_r = others.T @ r
-    best, found = -np.inf, None
+    profile = _Profile(_stacked(observation, joint))
+    best, found = 0.0, None
     for value in now[shape] * np.geomspace(1 / _NEARBY, _NEARBY, _FINE_STEPS):
         x = now.copy()
         x[shape] = np.clip(value, at[shape].low, at[shape].high)
@@ -122,16 +111,32 @@ def sharpened(observation: Observation, members: Sequence[Member], member: Membe
             [(b[:, :, 0] - a)[:, :, None] for a, b in zip(flight, before, strict=True)]
             for flight, before in zip(after, joint, strict=True)
         ]
-        column = _stacked(observation, raw)[:, 0]
-        cross = others.T @ column
-        size = column @ column - cross @ inverse @ cross
-        shared = column @ r - cross @ inverse @ of_r
-        gain = shared**2 / size if size > 1e-9 * (column @ column) and shared > 0 else -np.inf
+        gain, times = profile.gain(_stacked(observation, raw)[:, 0])
         if gain > best:
             # The column is linear in the other numbers: as many times theirs as explains most.
-            x[scale] = np.clip(x[scale] * shared / size, [at[i].low for i in scale], [at[i].high for i in scale])
+            x[scale] = np.clip(x[scale] * times, [at[i].low for i in scale], [at[i].high for i in scale])
             best, found = gain, x
     return None if found is None else Member(member.candidate, written(member.candidate, at, found))
+
+
+class _Profile:
+    """The squared error as a function of one column, all other columns free; every: the residual, then the others."""
+
+    def __init__(self, every: Array) -> None:
+        self._residual, self._others = every[:, 0], every[:, 1:]
+        gram = self._others.T @ self._others
+        self._inverse = np.linalg.inv(gram + np.eye(len(gram)) / PRIOR**2)
+        self._along = self._others.T @ self._residual
+
+    def gain(self, column: Array) -> tuple[float, float]:
+        """What the column takes off the squared error, and how many times it does; 0, 0 where only less than none."""
+        cross = self._others.T @ column
+        known = self._inverse @ cross
+        size = float(column @ column - known @ cross)
+        shared = float(column @ self._residual - known @ self._along)
+        if shared <= 0 or size <= 1e-9 * float(column @ column):
+            return 0.0, 0.0
+        return shared**2 / size, shared / size
 
 
 def _stacked(observation: Observation, joint: Sequence[Sequence[Array]]) -> Array:

@@ -68,7 +68,7 @@ def sentence(found: Diagnosis) -> str:
         axes = ", ".join(found.refused)
         first += f"; nothing can be said about {axes}: {next(iter(found.refused.values()))}"
     if found.unexplained.found:
-        where = ", ".join(s.axis for s in found.unexplained.axes[:3])
+        where = ", ".join(list(dict.fromkeys(s.axis for s in found.unexplained.axes))[:3])
         first += f"; structured error is left on {where} that no effect of the catalogue explains"
     return first + "."
 
