@@ -34,6 +34,8 @@ SIGNIFICANCE = 0.98  # of the largest gain that chance gives to any absent effec
 _SHARE = 0.97  # of what the best larger set gains: a smaller set with that much is taken first
 _ROUNDS = 8
 _AT_ONCE = 3
+_MOST = 6  # effects: physics of which six named ones are not enough is not of this catalogue
+_ENOUGH = 50  # fits: three named effects among clutter take 10 to 35; after as many nothing more is replaced
 _EXACT = 0.03  # times ordinary tolerances: the least that is allowed for
 INEXACT = 0.5  # times ordinary tolerances: above it the search is not repeated for small effects
 _CLEAR = 4.0  # times what matters: a linear rise above it needs no fit to be believed
@@ -58,6 +60,7 @@ class Search:
     trail: list[str] = field(default_factory=list)
     at_bound: dict[str, str] = field(default_factory=dict)
     silent: dict[str, str] = field(default_factory=dict)
+    made: int = 0  # fits, so far
     _white: tuple[Noise, list[list[Array]], Array] | None = None
     _binned: tuple[list[list[Array]], Array] | None = None
 
@@ -65,6 +68,7 @@ class Search:
         """The fit of a set of members, made once."""
         key = frozenset(m.candidate.label for m in members)
         if key not in self.fits:
+            self.made += 1
             self.fits[key] = fit(self.observation, members)
         return self.fits[key]
 
@@ -276,9 +280,12 @@ def _member(members: Sequence[Member], label: str) -> Member:
 
 def _additional(search: Search, members: Sequence[Member], barred: AbstractSet[str]) -> list[Member]:
     """Members that the residual asks for, by the smallest set that gains nearly as much as larger ones."""
+    at_once = min(_AT_ONCE, _MOST - sum(not m.held for m in members))
+    if at_once < 1:
+        return []
     sums, found = search.linear(members)
     subsets = SubsetSearch(sums, found, ordinary(sums, found, search.tolerance))
-    best = subsets.search(_AT_ONCE, without=barred)
+    best = subsets.search(at_once, without=barred)
     singles = [(i,) for i in range(len(found.choices))]
     # What is still to be found is no noise: the surrogates are made of what the richest model leaves.
     gram, right, _ = sums.total()
@@ -399,6 +406,9 @@ def _replaced(search: Search, members: tuple[Member, ...]) -> tuple[Member, ...]
     """Replaces one member, or two, by one that is absent and explains the flights better or as well."""
     free = [m for m in members if not m.held]
     whole = search.fitted(members)
+    if search.made > _ENOUGH:
+        search.trail.append("nothing more is replaced")
+        return members
     screen = Screen(search, whole)
     for size in (2, 1):
         for out in combinations(free, size):
