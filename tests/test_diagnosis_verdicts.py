@@ -35,9 +35,9 @@ def test_what_no_force_or_torque_shows_hides_no_name():
 
 def test_a_small_effect_is_dwarfed_only_where_the_large_one_acts_on_all_its_axes():
     small = evidence(fx=0.1, tz=0.01)
-    assert _dwarfed(small, evidence(fx=100.0), 0.05, 0.003)
-    assert not _dwarfed(small, evidence(fx=20.0), 0.05, 0.003)
-    assert not _dwarfed(evidence(fx=0.1, tz=0.1), evidence(fx=100.0), 0.05, 0.003)
+    assert _dwarfed(small, {"fx": 100.0}, 0.05, 0.003)
+    assert not _dwarfed(small, {"fx": 20.0}, 0.05, 0.003)
+    assert not _dwarfed(evidence(fx=0.1, tz=0.1), {"fx": 100.0}, 0.05, 0.003)
 
 
 def test_an_effect_is_part_of_another_on_the_axis_where_that_shows():

@@ -204,6 +204,7 @@ class Judge:
     def _within_form(self, reported: Sequence[Member], out: Mapping[str, Finding]) -> dict[str, Finding]:
         """Findings that may be no more than what another effect's formula is off by."""
         changed: dict[str, Finding] = {}
+        acts = {m.candidate.label: self._acts(m) for m in reported}
         for m in reported:
             f = out[m.candidate.name]
             if f.verdict not in CONFIDENT:
@@ -213,7 +214,7 @@ class Judge:
                 if other.candidate.name in f.group or by.verdict not in CONFIDENT:
                     continue
                 share = _FORM if other.candidate.cls.place in _EMPIRICAL else _EXACT
-                if _dwarfed(f.evidence, by.evidence, self.search.matters, share):
+                if _dwarfed(f.evidence, acts[other.candidate.label], self.search.matters, share):
                     reason = f"{by.name} explains so much more that what its formula is off by may be as large"
                     changed |= {
                         n: replace(out[n], verdict="Plausible", group=(n,), reason=reason)
@@ -221,6 +222,14 @@ class Judge:
                         if out[n].group == f.group
                     }
         return changed
+
+    def _acts(self, m: Member) -> dict[str, float]:
+        """Mean square of what a member predicts on every axis, as a rise: in units of the floor, per window."""
+        theta, mine = searching.departure(self.whole, {m.candidate.label}, self.search.observation.vehicle)
+        sums = self.whole.sums
+        gram = sums.gram[:, :, mine][..., mine].sum(axis=1)
+        size = np.einsum("aij,i,j->a", gram, theta[mine], theta[mine]) / np.maximum(sums.windows.sum(axis=1), 1)
+        return dict(zip(sums.axes, map(float, size), strict=True))
 
     def _beside_misfits(self, out: Mapping[str, Finding]) -> dict[str, Finding]:
         """Findings beside an effect whose formula does not hold, which may be part of the same cause.
@@ -303,10 +312,13 @@ def _percent(share: float) -> str:
     return f"{share:.0%} of what it explains" if share < 10 else "more than it explains"
 
 
-def _dwarfed(e: Evidence, by: Evidence, matters: float, share: float) -> bool:
-    """Whether another effect explains so much more on every axis on which this one matters."""
+def _dwarfed(e: Evidence, acts: Mapping[str, float], matters: float, share: float) -> bool:
+    """Whether another effect does so much more on every axis on which this one matters.
+
+    acts: what that one predicts, as a rise on every axis; not what is lost without it, where others make up for it.
+    """
     axes = [a for a, rise in e.by_axis.items() if rise >= matters]
-    return bool(axes) and all(e.by_axis[a] < share * by.by_axis.get(a, 0.0) for a in axes)
+    return bool(axes) and all(e.by_axis[a] < share * acts.get(a, 0.0) for a in axes)
 
 
 def _usual_rise(gram: Array, found: Sensitivities, index: int) -> float:
