@@ -2,9 +2,9 @@
 
 No vehicle file is right to the last digit: rotors differ by a per cent, an inertia by two, a time stamp by a fraction
 of a row. Minutes of data find each of these with certainty. So effects count as within tolerance when small changes of
-such numbers, together, leave no more error than the limit of what matters. The least of them is found by a prior of
-these standard deviations whose weight grows until the error rises by that limit (Tikhonov; Morozov's discrepancy
-principle, 1966).
+such numbers, together, leave no more error than the limit of what matters, or little and a fifth of it at most. The
+least of them is found by a prior of these standard deviations whose weight grows until the error rises by that limit
+(Tikhonov; Morozov's discrepancy principle, 1966).
 
 Where the flights showed the file to be exact (`allowance`), nothing is ordinary: what is off is off on its own.
 """
@@ -23,6 +23,9 @@ from infotraj.diagnosis.sums import Sums
 
 TOGETHER = 10.0  # sum of squares, in standard deviations, that is ordinary (95 % of chi squared, four to five numbers)
 
+_REST = 0.2  # of what is lost without some effects: tolerances that explain all but as much explain them
+_FEW = 1.5  # times what matters: the most that may be left so
+
 
 def tolerated(search: Search, whole: Fit) -> frozenset[str]:
     """Labels of the members of the fitted model `whole` that tolerances explain, all of them together."""
@@ -32,9 +35,7 @@ def tolerated(search: Search, whole: Fit) -> frozenset[str]:
     # What tolerances explain beside the whole model they must explain in its parts too, and are not charged for.
     beside, own = search.linear(whole.members)
     best = np.minimum(without_tolerances(beside, own, search.tolerance).square, whole.sums.square).sum(axis=1)
-    allowed = search.matters * whole.sums.windows.sum(axis=1) + best
-    sure = least_tolerance(beside, own, *nuisance(own, search.tolerance), allowed)
-    sure = sure if np.isfinite(sure) else 0.0
+    windows = whole.sums.windows.sum(axis=1)
 
     def least(labels: Set[str]) -> float:
         """Least sum of squares, in standard deviations, that explains what these members explain; inf if none does."""
@@ -43,6 +44,10 @@ def tolerated(search: Search, whole: Fit) -> frozenset[str]:
             return float("inf")
         sums, found = search.linear(out.members)
         columns, deviation = nuisance(found, search.tolerance)
+        lost = (sums.square.sum(axis=1) - best) / windows
+        allowed = best + windows * np.clip(_REST * lost, search.matters, _FEW * search.matters)
+        sure = least_tolerance(beside, own, *nuisance(own, search.tolerance), allowed)
+        sure = sure if np.isfinite(sure) else 0.0
         return least_tolerance(sums, found, columns, deviation, allowed) - sure if columns else float("inf")
 
     alone = {m.candidate.label: least({m.candidate.label}) for m in whole.members if not m.held}
