@@ -7,6 +7,7 @@ import pytest
 
 from infotraj.diagnosis.constancy import MOST, inconstancy
 from infotraj.diagnosis.null import null_gains
+from infotraj.diagnosis.search import newcomer
 from infotraj.diagnosis.silent import _explained
 from infotraj.diagnosis.subsets import SubsetSearch
 from infotraj.diagnosis.sums import Sums, held_out
@@ -150,3 +151,9 @@ def test_slow_errors_are_taken_off_before_the_noise_is_estimated():
     run = (t > 12.0).astype(int)
     left = slow + noise - _moving_mean(slow + noise, run, 200)
     assert np.std(left[300:900] - noise[300:900]) < 0.7
+
+
+def test_what_is_new_in_a_fit_is_found_whatever_the_order_of_its_members():
+    rest = [SimpleNamespace(candidate=SimpleNamespace(label=label)) for label in ("battery_sag", "servo_bias")]
+    new = SimpleNamespace(candidate=SimpleNamespace(label="thrust_scale"))
+    assert newcomer(SimpleNamespace(members=(rest[1], new, rest[0])), rest) is new

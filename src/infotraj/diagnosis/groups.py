@@ -16,7 +16,7 @@ from infotraj.diagnosis.candidates import Candidate
 from infotraj.diagnosis.evidence import resampled
 from infotraj.diagnosis.fitting import Fit
 from infotraj.diagnosis.observation import Member
-from infotraj.diagnosis.search import Screen, Search, alternatives, heldout_error, rises
+from infotraj.diagnosis.search import Screen, Search, alternatives, departure, heldout_error, newcomer, rises
 from infotraj.rotations import Array
 
 WITHIN = 0.99  # share of the resamples in which a member of the group may be worse
@@ -50,7 +50,7 @@ def group(
     lags = frozenset(c.label for c in search.known if _shifts(c)) if _shifts(member.candidate) else frozenset()
     tried = bool(maybe or lags)
     others = alternatives(search, rest, {label}, whole.cost, 0.5, maybe, lags) if tried else []
-    fits = [(whole, member), *((f, f.members[-1]) for f in others)]
+    fits = [(whole, member), *((f, newcomer(f, rest)) for f in others)]
     errors = [heldout_error(f) for f, _ in fits]
     first = int(np.argmin([e.sum() for e in errors]))
     best, least = fits[first][0], errors[first]
@@ -60,7 +60,7 @@ def group(
     for (other, new), error in zip(fits, errors, strict=True):
         worse = np.mean(draws @ (error - least).sum(axis=0) > 0)
         near = worse <= WITHIN or error.sum() - least.sum() < max(1.0, chance / 3)
-        at_bound = bool(other.at_bound[-new.candidate.count(search.observation.vehicle) :].all())
+        at_bound = bool(other.at_bound[departure(other, {new.candidate.label}, search.observation.vehicle)[1]].all())
         # What the fit to all flights preferred stays in, even where held out another does better.
         if other is whole or (near and not at_bound and rises(best, other).max() < search.matters):
             equal.append((new, other))

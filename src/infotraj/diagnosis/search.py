@@ -420,12 +420,18 @@ def _replaced(search: Search, members: tuple[Member, ...]) -> tuple[Member, ...]
             for other in alternatives(search, rest, labels, whole.cost, 0.8, maybe):
                 better = whole.cost - other.cost
                 count = sum(m.candidate.count(search.observation.vehicle) for m in out)
-                new = other.members[-1]
+                new = newcomer(other, rest)
                 simpler = count - new.candidate.count(search.observation.vehicle) + 4 * (size - 1)
                 if better > -2.0 * max(simpler, 0) and (better > 2.0 or simpler > 0):
                     search.trail.append(f"replace {' '.join(sorted(labels))} by {new.candidate.label}: {better:.0f}")
                     return other.members
     return members
+
+
+def newcomer(made: Fit, rest: Sequence[Member]) -> Member:
+    """The member of a fit that is not in `rest`: a fit that was made before may have its members in another order."""
+    known = {m.candidate.label for m in rest}
+    return next(m for m in made.members if m.candidate.label not in known)
 
 
 class Screen:
