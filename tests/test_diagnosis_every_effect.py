@@ -110,3 +110,13 @@ def test_nothing_is_named_where_nothing_is_missing(vehicle):
     found = diagnose(Model(load_vehicle(VEHICLES / f"{vehicle}.yaml")), flights(vehicle, {}))
     assert found.supported == ()
     assert not found.unexplained.found
+
+
+def test_two_effects_that_shift_in_time_are_named_together():
+    true = {"rotor_lag": CASES["quadrotor"]["rotor_lag"], "time_offset": CASES["quadrotor"]["time_offset"]}
+    found = diagnose(Model(load_vehicle(VEHICLES / "quadrotor.yaml")), flights("quadrotor", true))
+    assert sorted(found.supported) == ["rotor_lag", "time_offset"]
+    for name in true:
+        (value,) = true[name].values()
+        (fitted,) = found.finding(name).parameters.values()
+        assert fitted == pytest.approx(value, abs=0.002)

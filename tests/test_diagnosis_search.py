@@ -7,8 +7,8 @@ import pytest
 
 from infotraj.diagnosis.constancy import MOST, inconstancy
 from infotraj.diagnosis.null import null_gains
-from infotraj.diagnosis.search import newcomer
 from infotraj.diagnosis.silent import _explained
+from infotraj.diagnosis.standins import newcomer
 from infotraj.diagnosis.subsets import SubsetSearch
 from infotraj.diagnosis.sums import Sums, held_out
 from infotraj.diagnosis.whitened import _moving_mean

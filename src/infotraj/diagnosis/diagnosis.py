@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from infotraj.comparing.statistics import Statistics
-from infotraj.diagnosis import premises, refusal
+from infotraj.diagnosis import premises, refusal, selecting
 from infotraj.diagnosis import search as searching
 from infotraj.diagnosis.candidates import Candidate, candidates
 from infotraj.diagnosis.fitting import Fit
@@ -106,7 +106,7 @@ def diagnose(
     known, hidden = premises.remaining(doubts, catalog, known, hidden)
     taken = {m.candidate.label for m in held}
     search = searching.start_search(observation, held, [c for c in known if c.label not in taken], rng, matters)
-    whole = searching.run(search, held) if search.known else search.fitted(held)
+    whole = selecting.run(search, held) if search.known else search.fitted(held)
     left = Unexplained(False, ()) if doubts else unexplained(search, whole, rng)
     refused = doubts or search.silent | refusal.unanswered(
         search.observation.model(whole.members), flights, start, stop

@@ -16,7 +16,8 @@ from infotraj.diagnosis.candidates import Candidate
 from infotraj.diagnosis.evidence import resampled
 from infotraj.diagnosis.fitting import Fit
 from infotraj.diagnosis.observation import Member
-from infotraj.diagnosis.search import Screen, Search, alternatives, departure, heldout_error, newcomer, rises
+from infotraj.diagnosis.search import Search, departure, heldout_error, rises
+from infotraj.diagnosis.standins import Screen, alternatives, newcomer
 from infotraj.rotations import Array
 
 WITHIN = 0.99  # share of the resamples in which a member of the group may be worse
