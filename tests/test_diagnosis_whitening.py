@@ -15,7 +15,7 @@ def test_differences_of_noisy_samples_become_white():
     noise = 0.01 * rng.standard_normal(6001)
     run = np.zeros(6000, dtype=int)
     d = np.diff(noise)
-    whitener = estimate([d], [run], difference=True)
+    (whitener,) = estimate([d[:, None]], [run], difference=True)
     white = whitener.apply(d[:, None], run)[whitener.used(run), 0]
     assert abs(np.std(white) - 1) < 0.05
     assert np.abs(correlations(white)).max() < 4 / np.sqrt(len(white))
@@ -27,7 +27,7 @@ def test_a_level_that_walks_is_followed():
     rng = np.random.default_rng(2)
     y = 0.01 * rng.standard_normal(6001) + np.cumsum(0.01 * rng.standard_normal(6001))
     d, run = np.diff(y), np.zeros(6000, dtype=int)
-    whitener = estimate([d], [run], difference=True)
+    (whitener,) = estimate([d[:, None]], [run], difference=True)
     white = whitener.apply(d[:, None], run)[whitener.used(run), 0]
     assert abs(whitener.deviation - 0.0162) < 5e-4  # variance of the innovations: (3 + sqrt 5) / 2 of the noise's
     assert np.abs(correlations(white)).max() < 4 / np.sqrt(len(white))
@@ -40,7 +40,7 @@ def test_red_noise_becomes_white():
     for k in range(2, 8000):
         x[k] = 1.2 * x[k - 1] - 0.4 * x[k - 2] + 0.3 * e[k]
     run = np.zeros(8000, dtype=int)
-    whitener = estimate([x], [run], difference=False)
+    (whitener,) = estimate([x[:, None]], [run], difference=False)
     assert abs(whitener.deviation - 0.3) < 0.01
     assert np.abs(correlations(whitener.apply(x[:, None], run)[20:, 0])).max() < 4 / np.sqrt(8000)
 
@@ -48,7 +48,7 @@ def test_red_noise_becomes_white():
 def test_the_filter_is_linear_and_the_same_for_every_column():
     rng = np.random.default_rng(4)
     x, run = rng.standard_normal((500, 3)), np.repeat([0, 1], 250)
-    whitener = estimate([x[:, 0]], [run], difference=True)
+    (whitener,) = estimate([x[:, :1]], [run], difference=True)
     out = whitener.apply(x, run)
     np.testing.assert_allclose(whitener.apply(x @ [[1.0], [2.0], [-3.0]], run), out @ [[1.0], [2.0], [-3.0]], atol=1e-9)
 
@@ -56,8 +56,42 @@ def test_the_filter_is_linear_and_the_same_for_every_column():
 def test_every_run_starts_anew():
     rng = np.random.default_rng(5)
     x, run = rng.standard_normal((400, 1)), np.repeat([0, 1], 200)
-    whitener = estimate([x[:, 0]], [run], difference=True)
+    (whitener,) = estimate([x[:, :1]], [run], difference=True)
     alone = whitener.apply(x[200:], run[200:])
     np.testing.assert_allclose(whitener.apply(x, run)[200:], alone, atol=1e-12)
     assert place_in_run(run)[200] == 0
     assert place_in_run(run)[199] == 199
+
+
+def wandering(rng, count, walk=0.04):
+    """Differences (count, 3) of noisy samples of levels that walk, by `walk` times the noise a sample."""
+    level = np.cumsum(walk * rng.standard_normal((count + 1, 3)), axis=0)
+    return np.diff(level + rng.standard_normal((count + 1, 3)), axis=0)
+
+
+def doubted(whitener, differences, walk):
+    """The error that a walk leaves in the mean of some differences, over what the filter makes of it."""
+    count = len(differences)
+    white = whitener.apply(np.column_stack([differences, np.ones(count)]), np.zeros(count, dtype=int))
+    return walk / np.sqrt(count) * np.linalg.norm(white[:, 1])
+
+
+def test_short_flights_do_not_hide_that_a_level_walks():
+    """Four flights of 4 s at 100 Hz: a mean change is as uncertain as the walk makes it, on every axis."""
+    ratios = []
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        flights, run = [wandering(rng, 400) for _ in range(4)], np.zeros(400, dtype=int)
+        filters = estimate(flights, [run] * 4, difference=True)
+        ratios += [doubted(w, flights[0][:, i], 0.04) for i, w in enumerate(filters)]
+    assert np.median(ratios) < 1.15
+    assert np.max(ratios) < 2.5
+
+
+def test_an_axis_that_wanders_more_is_filtered_on_its_own():
+    rng = np.random.default_rng(6)
+    walks = np.array([0.04, 0.04, 1.0])
+    d = wandering(rng, 4000, walk=walks)
+    filters = estimate([d], [np.zeros(4000, dtype=int)], difference=True)
+    for i, w in enumerate(filters):
+        assert 0.7 < doubted(w, d[:, i], walks[i]) < 1.4

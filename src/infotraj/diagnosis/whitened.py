@@ -34,7 +34,7 @@ def noise_model(samples: Sequence[FlightSamples], residuals: Sequence[list[Array
             fast = values - slow
             gathered.setdefault(channel.key, []).append((fast, channel.run, channel.difference))
     return {
-        key: tuple(estimate([v[:, i] for v, _, _ in parts], [r for _, r, _ in parts], parts[0][2]) for i in range(3))
+        key: estimate([v for v, _, _ in parts], [r for _, r, _ in parts], parts[0][2])
         for key, parts in gathered.items()
     }
 

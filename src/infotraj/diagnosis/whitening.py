@@ -19,6 +19,7 @@ from scipy.linalg import solve_toeplitz
 from infotraj.rotations import Array
 
 MOST = 20
+_CLEARLY = 20.0  # in AICc: what an axis must say for a gain of its own
 _GAINS = (1.0, 0.7, 0.5, 0.3, 0.2, 0.12, 0.07, 0.04, 0.02, 0.01, 0.005, 0.002)
 
 
@@ -50,25 +51,30 @@ class Whitener:
         return place_in_run(run) >= len(self.coefficients)
 
 
-def estimate(residuals: list[Array], runs: list[NDArray], difference: bool, most: int = MOST) -> Whitener:
-    """The whitener of one axis from residuals (m,) of several flights."""
-    values = [np.ascontiguousarray(r[:, None]) for r in residuals]
-    if not difference:
-        coefficients, variance = _autoregression([v[:, 0] for v in values], runs, most)
-        return Whitener(None, coefficients, _positive(variance, values))
-    best: tuple[float, Whitener] | None = None
-    for gain in _GAINS:
-        filtered = [_innovations(v, r, gain)[:, 0] for v, r in zip(values, runs, strict=True)]
-        coefficients, variance = _autoregression(filtered, runs, most)
-        found = Whitener(gain, coefficients, _positive(variance, values))
-        # The innovations' own variance decides: the filter has a unit leading coefficient, so its likelihood is that.
-        score = float(
-            np.mean([np.mean(found.apply(v, r)[found.used(r)] ** 2) for v, r in zip(values, runs, strict=True)])
-        )
-        score = np.log(found.deviation**2 * score)
-        if best is None or score < best[0]:
-            best = (score, found)
-    return best[1]
+def estimate(residuals: list[Array], runs: list[NDArray], difference: bool, most: int = MOST) -> tuple[Whitener, ...]:
+    """The whiteners of a channel's axes from residuals (m, axes) of several flights.
+
+    The axes of a channel share their gain, which short flights hardly show, unless one clearly has another.
+    """
+    axes = range(residuals[0].shape[1])
+    gains = _GAINS if difference else (None,)
+    tried = [[_tried([r[:, i : i + 1] for r in residuals], runs, gain, most) for gain in gains] for i in axes]
+    scores = np.array([[score for score, _ in axis] for axis in tried])
+    common = int(np.argmin(scores.sum(axis=0)))
+    own = [int(np.argmin(axis)) if axis[common] - axis.min() > _CLEARLY else common for axis in scores]
+    return tuple(axis[k][1] for axis, k in zip(tried, own, strict=True))
+
+
+def _tried(values: list[Array], runs: list[NDArray], gain: float | None, most: int) -> tuple[float, Whitener]:
+    """AICc of a gain with the autoregression that goes with it, and the two as a filter. values: (m, 1) a flight."""
+    values = [np.ascontiguousarray(v) for v in values]
+    filtered = values if gain is None else [_innovations(v, r, gain) for v, r in zip(values, runs, strict=True)]
+    coefficients, variance = _autoregression([v[:, 0] for v in filtered], runs, most)
+    found = Whitener(gain, coefficients, _positive(variance, values))
+    # The innovations' own variance decides: the filter has a unit leading coefficient, so its likelihood is that.
+    left = np.mean([np.mean(found.apply(v, r)[found.used(r)] ** 2) for v, r in zip(values, runs, strict=True)])
+    count = sum(map(len, values))
+    return float(count * np.log(found.deviation**2 * left) + _charge(len(coefficients), count)), found
 
 
 def place_in_run(run: NDArray) -> NDArray:
@@ -102,10 +108,15 @@ def _autoregression(values: list[Array], runs: list[NDArray], most: int) -> tupl
         variance = lagged[0] - a @ lagged[1 : p + 1]
         if variance <= 0:
             break
-        score = count * np.log(variance) + 2 * (p + 1) * count / max(count - p - 2, 1)
+        score = count * np.log(variance) + _charge(p, count)
         if score < best[0]:
             best = (score, a, variance)
     return best[1], float(best[2])
+
+
+def _charge(order: int, count: int) -> float:
+    """What AICc charges for an autoregression of this order and its variance."""
+    return 2 * (order + 1) * count / max(count - order - 2, 1)
 
 
 @njit(cache=True)
