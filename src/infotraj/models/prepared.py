@@ -10,6 +10,7 @@ from itertools import pairwise
 from typing import Any, TypeVar
 
 import numpy as np
+from scipy.signal import savgol_filter
 
 from infotraj import rotations
 from infotraj.effects.along import Actuation, Along, Motion, OriginPath
@@ -24,6 +25,7 @@ from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
 T = TypeVar("T")
+_SMOOTHED = 0.25  # s: a cubic over it follows what a vehicle does below 5 Hz
 _BESIDE = 64  # samples beside a segment that interpolation may look at, enough to know their usual interval
 SEGMENT = 4096  # rows evaluated at once, so that memory does not grow with the flight
 _KEPT_ROWS = 40_000  # of a longer flight nothing is kept that grows with rotors and rows
@@ -134,7 +136,7 @@ class Prepared:
             world = rotations.to_world(rotations.normalize(_at(r.attitude, times)), force.values)
         elif r.velocity is not None:
             times, up = r.velocity.times, np.array([0.0, 0.0, self.vehicle.gravity])
-            world = np.gradient(r.velocity.values, times, axis=0) + up
+            world = _slope(r.velocity) + up
         else:
             return None
         speed = np.linalg.norm(r.velocity.values[:5].mean(axis=0)) if r.velocity is not None else np.nan
@@ -176,6 +178,17 @@ class Prepared:
             (rotor_key, tilt_key, law.tilt_bias.tobytes()),
             lambda: Actuation(*rotor[here], tilt[here][0] + law.tilt_bias, tilt[here][1]),
         )
+
+
+def _slope(velocity: Samples) -> Array:
+    """Acceleration (m, 3), smoothed (Savitzky and Golay 1964) where the velocity itself is the slope of positions."""
+    times, values = velocity.times, velocity.values
+    steps = np.diff(times)
+    width = 2 * int(_SMOOTHED / np.median(steps) / 2) + 1
+    even = len(times) > width and np.ptp(steps) < 0.5 * np.median(steps)
+    if velocity.derived and even and width > 3:
+        return savgol_filter(values, width, 3, deriv=1, delta=float(np.mean(steps)), axis=0)
+    return np.gradient(values, times, axis=0)
 
 
 def _at(samples: Samples | None, time: Array) -> Array | None:
