@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from infotraj.diagnosis.noise import PRIOR
 from infotraj.rotations import Array
 
 RESAMPLES = 1000
@@ -83,12 +84,13 @@ def standard_errors(gram: Array, right: Array) -> Array:
     """Standard errors (p,) of a fit from sums over blocks, (blocks, p, p) and (blocks, p) of its residual.
 
     Sandwich over blocks with the small-sample factor m / (m - p) (Liang and Zeger 1986; MacKinnon and White 1985, HC1),
-    never below what white noise of unit variance gives.
+    never below what white noise of unit variance gives. Numbers that these flights say nothing about keep the deviation
+    of their prior.
     """
     blocks, p = right.shape
     if p == 0:
         return np.zeros(0)
-    total = gram.sum(axis=0)
+    total = gram.sum(axis=0) + np.eye(p) / PRIOR**2
     size = np.sqrt(np.maximum(np.diag(total), 1e-300))
     inverse = np.linalg.pinv(total / np.outer(size, size), rcond=1e-12, hermitian=True) / np.outer(size, size)
     factor = blocks / max(blocks - p, 1)
