@@ -30,6 +30,9 @@ COMMANDED_WRENCH = COMMANDED_FORCE + COMMANDED_TORQUE
 REFERENCE_POSITION = ("ref_px", "ref_py", "ref_pz")
 REFERENCE_ATTITUDE = ("ref_qw", "ref_qx", "ref_qy", "ref_qz")
 
+# Metadata: how many steps the commands made between two rows that hold them. 1, or absent: they were held.
+COMMAND_STEPS = "command_steps"
+
 _META_KEY = b"infotraj"
 
 

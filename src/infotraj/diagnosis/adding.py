@@ -11,6 +11,7 @@ from infotraj.comparing.equation_error import AXES
 from infotraj.comparing.statistics import Statistics
 from infotraj.diagnosis import refusal
 from infotraj.diagnosis.candidates import candidates
+from infotraj.diagnosis.commands import fits_better, likeliest_steps, sparse, stepped
 from infotraj.diagnosis.diagnosis import held_members, observe
 from infotraj.diagnosis.fitting import Fit, beyond_bounds, fit
 from infotraj.diagnosis.noise import estimated, started
@@ -100,8 +101,14 @@ def add(
     twice = [c.label for c in chosen if c.label in taken]
     if twice:
         raise UsageError(problem(f"{twice[0]} is in the model already", "an effect that is not", "Drop it."))
-    observation = observe(model, flights, start, stop)
-    made = _best(observation, held, chosen)
+    observation, made = _best(observe(model, flights, start, stop), held, chosen)
+    if sparse(observation):
+        inside = {m.candidate.label for m in made.members}
+        steps = likeliest_steps(observation, made.members, [c for c in known if c.label not in inside])
+        other = [stepped(f, steps) for f in flights]
+        between = _best(observe(model, other, start, stop), held, chosen)
+        if fits_better(between, (observation, made)):
+            flights, made = other, between[1]
     new = Model(vehicle, [m.effect for m in made.members])
     return Added(
         new,
@@ -113,8 +120,8 @@ def add(
     )
 
 
-def _best(observation: Observation, held: Sequence[Member], chosen) -> Fit:
-    """The best fit from every start of the effects that have several, under the noise that it leaves."""
+def _best(observation: Observation, held: Sequence[Member], chosen) -> tuple[Observation, Fit]:
+    """The best fit from every start of the effects that have several, and the observation with the noise it leaves."""
     linear = sensitivities(observation, held, chosen)
     observation = started(observation, linear.joint)
     starts = [[Member(c, c.at(values)) for values in c.cls.starts(observation.vehicle, c.form)] for c in chosen]
@@ -133,7 +140,7 @@ def _best(observation: Observation, held: Sequence[Member], chosen) -> Fit:
         left = sensitivities(observation, best.members, [])
         observation = estimated(observation, left.joint, rounds=1)
         best = fit(observation, best.members) or best
-    return best
+    return observation, best
 
 
 def _rounded(values: dict[str, Any], errors: dict[str, Any]) -> dict[str, Any]:

@@ -27,8 +27,8 @@ TOLERANCES = {
     "imu_misalignment": 1 / 10,  # 0.1 deg
 }
 # Where commands are logged more slowly than this, what was in force between two samples is not known.
-_DENSE = 0.005  # s
-_UNSURE = 1 / 3  # of the time beyond that by which thinned commands may seem early or late
+DENSE = 0.005  # s
+_UNSURE = 1 / 6  # of the time beyond twice that by which they may seem early or late, however they are read
 _STAMP = 0.1  # of the time between rows: time stamps are hardly more exact, whatever else is
 _FREE = 100.0  # standard deviations: no prior at all
 TIMING = ("rotor_lag", "servo_lag", "actuation_delay", "time_offset")
@@ -86,6 +86,11 @@ def stamp_variance(members: Sequence[Member], vehicle: Vehicle, command_step: fl
             for p in m.places(vehicle)
         ]
     )
+
+
+def unsure(command_step: float) -> float:
+    """Standard deviation (s) of when commands acted that were logged every `command_step` s."""
+    return _UNSURE * max(command_step - 2 * DENSE, 0.0)
 
 
 def _evidence(rest: Array, pull: Array, scale: Array) -> float:
@@ -174,7 +179,7 @@ def nuisance(found: Sensitivities, scale: float = 1.0) -> tuple[list[int], Array
         columns += list(choice.columns)
         own = scale * TOLERANCES[choice.candidate.name]
         if choice.candidate.name in ("actuation_delay", "time_offset"):
-            own += _UNSURE * max(found.command_step - _DENSE, 0.0) / abs(choice.scale[0])
+            own += unsure(found.command_step) / abs(choice.scale[0])
         if choice.candidate.name in TIMING:
             own = max(own, _STAMP * found.command_step / abs(choice.scale[0]))
         deviation += [own] * len(choice.columns)

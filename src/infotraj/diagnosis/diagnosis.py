@@ -13,6 +13,7 @@ from infotraj.comparing.statistics import Statistics
 from infotraj.diagnosis import premises, refusal, selecting
 from infotraj.diagnosis import search as searching
 from infotraj.diagnosis.candidates import Candidate, candidates
+from infotraj.diagnosis.commands import fits_better, likeliest_steps, sparse, stepped
 from infotraj.diagnosis.fitting import Fit
 from infotraj.diagnosis.numbers import fitted_numbers, values_of
 from infotraj.diagnosis.observation import Member, Observation
@@ -105,8 +106,19 @@ def diagnose(
     doubts = premises.doubts(model, flights, start, stop)
     known, hidden = premises.remaining(doubts, catalog, known, hidden)
     taken = {m.candidate.label for m in held}
-    search = searching.start_search(observation, held, [c for c in known if c.label not in taken], rng, matters)
-    whole = selecting.run(search, held) if search.known else search.fitted(held)
+    known = [c for c in known if c.label not in taken]
+
+    def searched(observation: Observation) -> tuple[Search, Fit]:
+        search = searching.start_search(observation, held, known, rng, matters)
+        return search, selecting.run(search, held) if known else search.fitted(held)
+
+    search, whole = searched(observation)
+    if known and sparse(observation):
+        steps = likeliest_steps(observation, held, known)
+        other = [stepped(f, steps) for f in flights]
+        between = searched(observe(model, other, start, stop))
+        if fits_better((between[0].observation, between[1]), (search.observation, whole)):
+            flights, (search, whole) = other, between
     left = Unexplained(False, ()) if doubts else unexplained(search, whole, rng)
     refused = doubts or search.silent | refusal.unanswered(
         search.observation.model(whole.members), flights, start, stop
@@ -140,7 +152,7 @@ def diagnose(
         after,
         after_model,
         errors,
-        observation.samples,
+        search.observation.samples,
         search,
         whole,
         final,

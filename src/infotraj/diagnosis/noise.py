@@ -46,7 +46,18 @@ def started(observation: Observation, joint: list[list[Array]]) -> Observation:
 
 def richest(observation: Observation, joint: list[list[Array]]) -> Array:
     """Least-squares numbers (p,) of all columns at once, with a weak prior on their size."""
+    return _richest(observation, joint)[0]
+
+
+def left_by_richest(observation: Observation, joint: list[list[Array]]) -> float:
+    """The squared error that these numbers leave, in noise variances."""
+    return _richest(observation, joint)[1]
+
+
+def _richest(observation: Observation, joint: list[list[Array]]) -> tuple[Array, float]:
     white = [whiten(s, observation.noise, flight) for s, flight in zip(observation.samples, joint, strict=True)]
-    gram, right, _ = block_sums(observation.samples, observation.noise, observation.blocks, white).total()
-    total = gram.sum(axis=0)
-    return np.linalg.solve(total + np.eye(len(total)) / PRIOR**2, right.sum(axis=0))
+    gram, right, square = block_sums(observation.samples, observation.noise, observation.blocks, white).total()
+    right = right.sum(axis=0)
+    total = gram.sum(axis=0) + np.eye(gram.shape[-1]) / PRIOR**2
+    theta = np.linalg.solve(total, right)
+    return theta, float(square.sum() - right @ theta)

@@ -6,7 +6,8 @@ such numbers, together, leave no more error than the limit of what matters, or l
 least of them is found by a prior of these standard deviations whose weight grows until the error rises by that limit
 (Tikhonov; Morozov's discrepancy principle, 1966).
 
-Where the flights showed the file to be exact (`allowance`), nothing is ordinary: what is off is off on its own.
+Where the flights showed the file to be exact (`allowance`), nothing is ordinary: what is off is off on its own. Only
+when commands acted stays uncertain where they were logged now and then.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from collections.abc import Set
 
 import numpy as np
 
-from infotraj.diagnosis.allowance import nuisance, without_tolerances
+from infotraj.diagnosis.allowance import nuisance, unsure, without_tolerances
 from infotraj.diagnosis.fitting import Fit
 from infotraj.diagnosis.search import INEXACT, Search
 from infotraj.diagnosis.sensitivities import Sensitivities
@@ -29,7 +30,7 @@ _FEW = 1.5  # times what matters: the most that may be left so
 
 def tolerated(search: Search, whole: Fit) -> frozenset[str]:
     """Labels of the members of the fitted model `whole` that tolerances explain, all of them together."""
-    if search.tolerance < INEXACT:
+    if search.tolerance < INEXACT and unsure(search.observation.command_step) == 0.0:
         # The flights showed the vehicle file to be exact: what is off is off on its own.
         return frozenset()
     # What tolerances explain beside the whole model they must explain in its parts too, and are not charged for.

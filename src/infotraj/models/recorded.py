@@ -9,12 +9,13 @@ import numpy as np
 from infotraj import rotations
 from infotraj.effects.channels import is_derived, rotor_columns, tilt_columns
 from infotraj.errors import InputError, problem
-from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
+from infotraj.flight import ATTITUDE, COMMAND_STEPS, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
 _BATTERY_WINDOW = 21  # samples; a voltage further than a twentieth from their median is a logging error, not a sag
 _BATTERY_JUMP = 0.05
+_GAP = 4.0  # usual steps between commands; over a longer one they are held
 
 
 @dataclass(frozen=True)
@@ -92,13 +93,18 @@ def _samples(flight: Flight, columns: tuple[str, ...] | list[str]) -> Samples | 
 
 
 def _actuators(vehicle, flight, what, columns) -> tuple[Samples, bool]:
-    """Commands as events, each channel held until its next number; else the measured values."""
+    """Commands as events, each channel held until its next number; else the measured values.
+
+    Where the flight's metadata say that commands made several steps between two rows, these lie evenly on the line
+    between them.
+    """
     commands = columns(vehicle, f"cmd_{what}_")
     if flight.has(*commands):
         values = flight.table[commands]
         any_number = values.notna().any(axis=1).to_numpy()
         held = values.ffill().bfill().to_numpy(dtype=float)
-        return Samples(flight.t[any_number], held[any_number]), True
+        logged = Samples(flight.t[any_number], held[any_number])
+        return _in_steps(logged, int(flight.meta.get(COMMAND_STEPS, 1))), True
     measured = _samples(flight, columns(vehicle, f"{what}_"))
     if measured is None:
         raise InputError(
@@ -109,6 +115,18 @@ def _actuators(vehicle, flight, what, columns) -> tuple[Samples, bool]:
             )
         )
     return measured, False
+
+
+def _in_steps(logged: Samples, count: int) -> Samples:
+    t, x = logged.times, logged.values
+    if count < 2 or len(t) < 2:
+        return logged
+    near = np.diff(t) < _GAP * np.median(np.diff(t))
+    part = np.arange(1, count) / count
+    times = (t[:-1, None] + part * np.diff(t)[:, None])[near].ravel()
+    values = (x[:-1, None] + part[:, None] * np.diff(x, axis=0)[:, None])[near].reshape(len(times), x.shape[1])
+    order = np.argsort(np.concatenate([t, times]), kind="stable")
+    return Samples(np.concatenate([t, times])[order], np.concatenate([x, values])[order])
 
 
 def _battery(flight: Flight) -> Samples | None:

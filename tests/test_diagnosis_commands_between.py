@@ -1,0 +1,94 @@
+"""Commands between the rows of a log: read as they were, and no reason to name an effect."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from exact_simulation import fly
+
+from infotraj.diagnosis.adding import add
+from infotraj.diagnosis.candidates import candidates
+from infotraj.diagnosis.commands import likeliest_steps, sparse, stepped
+from infotraj.diagnosis.diagnosis import diagnose, observe
+from infotraj.effects import catalogue
+from infotraj.flight import COMMAND_STEPS, Flight
+from infotraj.models import Model
+from infotraj.models.recorded import recorded
+from infotraj.vehicle import load_vehicle
+
+VEHICLES = Path(__file__).parents[1] / "config/vehicles"
+NOISE = {"gyro": 0.01, "accelerometer": 0.1, "position": 0.001, "attitude": 0.001, "velocity": 0.005}
+
+
+def model(name):
+    return Model(load_vehicle(VEHICLES / f"{name}.yaml"))
+
+
+def logs(name, effects, every, seconds=12.0):
+    """Four flights, commanded at the simulation's 200 Hz, of which each `every`th row was logged."""
+    content = yaml.safe_load((VEHICLES / f"{name}.yaml").read_text())
+    flights = (fly(content, effects, seconds=seconds, seed=seed, noise=NOISE) for seed in range(4))
+    return [Flight(f.iloc[::every].reset_index(drop=True)) for f in flights]
+
+
+def test_steps_lie_on_the_line_between_commands_but_not_across_a_gap():
+    flight = logs("quadrotor", {}, 4, seconds=2.0)[0]
+    table = flight.table.copy()
+    table.loc[20:30, [f"cmd_rotor_{i}" for i in range(4)]] = np.nan
+    vehicle = load_vehicle(VEHICLES / "quadrotor.yaml")
+    held = recorded(vehicle, Flight(table)).rotor
+    made = recorded(vehicle, stepped(Flight(table), 4)).rotor
+    kept = np.isin(made.times, held.times)
+    np.testing.assert_array_equal(made.values[kept], held.values)
+    np.testing.assert_allclose(made.times[:5] - made.times[0], 0.005 * np.arange(5), atol=1e-12)
+    np.testing.assert_allclose(made.values[2], (held.values[0] + held.values[1]) / 2)
+    inside = (made.times > table["t"][19] + 1e-9) & (made.times < table["t"][31] - 1e-9)
+    assert not inside.any()
+
+
+@pytest.mark.parametrize(("name", "every"), [("omav", 2), ("quadrotor", 4)])
+def test_the_motion_tells_how_often_a_thinned_log_was_commanded(name, every):
+    drag = {"d": [0.4, 0.4, 0.5] if name == "omav" else [0.1, 0.1, 0.15]}
+    flights = logs(name, {"linear_drag": drag}, every)
+    known, _ = candidates(catalogue(), model(name).vehicle, flights)
+    observation = observe(model(name), flights)
+    assert sparse(observation)
+    assert likeliest_steps(observation, (), known) == every
+    assert not sparse(observe(model(name), logs(name, {}, 1, seconds=3.0)))
+
+
+@pytest.mark.parametrize(
+    ("name", "true"),
+    [
+        ("omav", {}),
+        ("omav", {"mass_offset": {"dm": 0.2}}),
+        ("omav", {"servo_lag": {"extra_time_constant": 0.03}}),
+        ("quadrotor", {"linear_drag": {"d": [0.1, 0.1, 0.15]}}),
+        ("quadrotor", {"time_offset": {"dt": 0.01}}),
+    ],
+)
+def test_a_thinned_log_shows_what_is_missing_and_no_more(name, true):
+    found = diagnose(model(name), logs(name, true, 4))
+    assert found.supported == tuple(true)
+    for effect, numbers in true.items():
+        finding = found.finding(effect)
+        for parameter, value in numbers.items():
+            error = np.abs(np.subtract(finding.parameters[parameter], value))
+            assert np.all(error < 3.0 * np.array(finding.standard_errors[parameter]))
+
+
+@pytest.mark.parametrize("true", [{}, {"actuation_delay": {"delay": 0.015}}], ids=["nothing", "delay"])
+def test_commands_that_were_held_stay_held(true):
+    """At 100 Hz, from a controller of 100 Hz."""
+    content = yaml.safe_load((VEHICLES / "quadrotor.yaml").read_text())
+    flights = [Flight(fly(content, true, seconds=12.0, seed=s, noise=NOISE, row=0.01)) for s in range(4)]
+    found = diagnose(model("quadrotor"), flights)
+    assert found.supported == tuple(true)
+    assert not any(COMMAND_STEPS in s.flight.meta for s in found.samples)
+
+
+def test_a_model_is_extended_by_what_thinned_logs_say():
+    flights = logs("omav", {"linear_drag": {"d": [0.4, 0.5, 0.3]}}, 4)
+    made = add(model("omav"), ["linear_drag"], flights)
+    np.testing.assert_allclose(made.model.effects[0].values["d"], [0.4, 0.5, 0.3], rtol=0.1)
