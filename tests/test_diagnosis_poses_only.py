@@ -1,0 +1,49 @@
+"""Motion capture alone: what poses at 100 Hz without an IMU say, and what they leave open."""
+
+from pathlib import Path
+
+import numpy as np
+import yaml
+from exact_simulation import fly
+
+from infotraj.diagnosis.diagnosis import diagnose
+from infotraj.diagnosis.evidence import standard_errors
+from infotraj.flight import RATE, SPECIFIC_FORCE, VELOCITY, Flight
+from infotraj.models import Model
+from infotraj.vehicle import load_vehicle
+
+VEHICLES = Path(__file__).parents[1] / "config/vehicles"
+NOISE = {"gyro": 0.0, "accelerometer": 0.0, "position": 0.0005, "attitude": 0.001, "velocity": 0.0}
+
+
+def poses(name, effects):
+    content = yaml.safe_load((VEHICLES / f"{name}.yaml").read_text())
+    made = (fly(content, effects, seconds=12.0, seed=seed, noise=NOISE, row=0.01) for seed in range(4))
+    return [Flight(f.drop(columns=[*RATE, *SPECIFIC_FORCE, *VELOCITY])) for f in made]
+
+
+def test_a_load_is_no_mass():
+    true = {"mass": 0.4, "length": 0.6}
+    found = diagnose(Model(load_vehicle(VEHICLES / "omav.yaml")), poses("omav", {"suspended_load": true}))
+    assert found.supported == ("suspended_load",)
+    numbers = found.finding("suspended_load").parameters
+    assert abs(numbers["mass"] - true["mass"]) < 0.01
+    assert abs(numbers["length"] - true["length"]) < 0.03
+
+
+def test_what_needs_an_imu_is_not_testable_and_says_so():
+    found = diagnose(Model(load_vehicle(VEHICLES / "quadrotor.yaml")), poses("quadrotor", {}))
+    assert found.supported == ()
+    for name in ("gyro_bias", "imu_misalignment"):
+        assert found.finding(name).verdict == "Not testable here"
+        assert "rates" in found.finding(name).reason
+
+
+def test_a_number_that_nothing_shows_is_as_uncertain_as_its_prior():
+    gram = np.zeros((10, 2, 2))
+    gram[:, 0, 0] = 100.0
+    right = np.zeros((10, 2))
+    right[:, 0] = np.random.default_rng(0).normal(0.0, 10.0, 10)
+    seen, unseen = standard_errors(gram, right)
+    assert 0.02 < seen < 0.06
+    assert unseen == 3.0
