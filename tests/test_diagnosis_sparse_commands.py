@@ -11,7 +11,9 @@ from infotraj.diagnosis.adding import add
 from infotraj.diagnosis.candidates import candidates
 from infotraj.diagnosis.commands import likeliest_steps, sparse, stepped
 from infotraj.diagnosis.diagnosis import diagnose, observe
+from infotraj.diagnosis.summary import as_dict, as_text
 from infotraj.effects import catalogue
+from infotraj.errors import InputError
 from infotraj.flight import COMMAND_STEPS, Flight
 from infotraj.models import Model
 from infotraj.models.recorded import recorded
@@ -71,6 +73,8 @@ def test_the_motion_tells_how_often_a_thinned_log_was_commanded(name, every):
 def test_a_thinned_log_shows_what_is_missing_and_no_more(name, true):
     found = diagnose(model(name), logs(name, true, 4))
     assert found.supported == tuple(true)
+    assert as_dict(found)["commands"]["steps"] > 1
+    assert "steps from row to row" in as_text(found)
     for effect, numbers in true.items():
         finding = found.finding(effect)
         for parameter, value in numbers.items():
@@ -92,3 +96,12 @@ def test_a_model_is_extended_by_what_thinned_logs_say():
     flights = logs("omav", {"linear_drag": {"d": [0.4, 0.5, 0.3]}}, 4)
     made = add(model("omav"), ["linear_drag"], flights)
     np.testing.assert_allclose(made.model.effects[0].values["d"], [0.4, 0.5, 0.3], rtol=0.1)
+
+
+def test_what_the_metadata_say_of_commands_is_taken_and_checked():
+    flights = [stepped(f, 4) for f in logs("quadrotor", {}, 4, seconds=4.0)[:2]]
+    assert not sparse(observe(model("quadrotor"), flights))
+    vehicle = load_vehicle(VEHICLES / "quadrotor.yaml")
+    for wrong in (0, 1.5, "two", True):
+        with pytest.raises(InputError, match="command_steps"):
+            recorded(vehicle, Flight(flights[0].table, {COMMAND_STEPS: wrong}))

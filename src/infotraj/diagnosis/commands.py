@@ -32,8 +32,9 @@ def stepped(flight: Flight, count: int) -> Flight:
 
 
 def sparse(observation: Observation) -> bool:
-    """Whether a controller may have made more commands than the flights hold."""
-    return observation.command_step > 1.5 * DENSE
+    """Whether a controller may have made more commands than the flights hold; where they say how many, it is known."""
+    said = any(COMMAND_STEPS in s.flight.meta for s in observation.samples)
+    return not said and observation.command_step > 1.5 * DENSE
 
 
 def likeliest_steps(observation: Observation, members: Sequence[Member], absent: Sequence[Candidate]) -> int:

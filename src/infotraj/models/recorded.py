@@ -104,7 +104,7 @@ def _actuators(vehicle, flight, what, columns) -> tuple[Samples, bool]:
         any_number = values.notna().any(axis=1).to_numpy()
         held = values.ffill().bfill().to_numpy(dtype=float)
         logged = Samples(flight.t[any_number], held[any_number])
-        return _in_steps(logged, int(flight.meta.get(COMMAND_STEPS, 1))), True
+        return _in_steps(logged, _steps(flight)), True
     measured = _samples(flight, columns(vehicle, f"{what}_"))
     if measured is None:
         raise InputError(
@@ -115,6 +115,15 @@ def _actuators(vehicle, flight, what, columns) -> tuple[Samples, bool]:
             )
         )
     return measured, False
+
+
+def _steps(flight: Flight) -> int:
+    count = flight.meta.get(COMMAND_STEPS, 1)
+    if not isinstance(count, int) or isinstance(count, bool) or count < 1:
+        source = flight.meta.get("source", "flight")
+        what = f"{source}: {COMMAND_STEPS} {count!r} in the metadata"
+        raise InputError(problem(what, "a whole number from 1: steps from row to row", "Correct it or leave it out."))
+    return count
 
 
 def _in_steps(logged: Samples, count: int) -> Samples:
