@@ -96,10 +96,11 @@ def diagnose_command(
         from infotraj.comparing.statistics import worst_flight
         from infotraj.recording.wrench import record_comparison
 
-        errors = [equation_error(found.model, f, start=start, stop=stop) for f in used]
+        shown = [s.flight for s in found.samples]
+        errors = [equation_error(found.model, f, start=start, stop=stop) for f in shown]
         k = worst_flight(errors)
-        record_comparison(recording, used[k], found.model, errors[k])
-        _say(quiet, f"{recording}: {used[k].meta.get('source')}")
+        record_comparison(recording, shown[k], found.model, errors[k])
+        _say(quiet, f"{recording}: {shown[k].meta.get('source')}")
     click.echo(summary.as_text(found, verbose=verbose), nl=False)
     if verbose:
         for line in found.search.trail:
