@@ -115,10 +115,10 @@ def diagnose(
     search, whole = searched(observation)
     if known and sparse(observation):
         steps = likeliest_steps(observation, held, known)
-        other = [stepped(f, steps) for f in flights]
-        between = searched(observe(model, other, start, stop))
-        if fits_better((between[0].observation, between[1]), (search.observation, whole)):
-            flights, (search, whole) = other, between
+        between = [stepped(f, steps) for f in flights]
+        other, found = searched(observe(model, between, start, stop))
+        if fits_better((other.observation, found), (search.observation, whole)):
+            flights, search, whole = between, other, found
     left = Unexplained(False, ()) if doubts else unexplained(search, whole, rng)
     refused = doubts or search.silent | refusal.unanswered(
         search.observation.model(whole.members), flights, start, stop
