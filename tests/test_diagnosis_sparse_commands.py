@@ -9,7 +9,7 @@ from exact_simulation import fly
 
 from infotraj.diagnosis.adding import add
 from infotraj.diagnosis.candidates import candidates
-from infotraj.diagnosis.commands import likeliest_steps, sparse, stepped
+from infotraj.diagnosis.commands import between_rows, likeliest_steps, sparse, stepped
 from infotraj.diagnosis.diagnosis import diagnose, observe
 from infotraj.diagnosis.summary import as_dict, as_text
 from infotraj.effects import catalogue
@@ -54,10 +54,13 @@ def test_the_motion_tells_how_often_a_thinned_log_was_commanded(name, every):
     drag = {"d": [0.4, 0.4, 0.5] if name == "omav" else [0.1, 0.1, 0.15]}
     flights = logs(name, {"linear_drag": drag}, every)
     known, _ = candidates(catalogue(), model(name).vehicle, flights)
-    observation = observe(model(name), flights)
-    assert sparse(observation)
-    assert likeliest_steps(observation, (), known) == every
-    assert not sparse(observe(model(name), logs(name, {}, 1, seconds=3.0)))
+    vehicle = model(name).vehicle
+    assert likeliest_steps(observe(model(name), flights), (), known) == every
+    dense = logs(name, {}, 1, seconds=3.0)[0]
+    assert not sparse(dense, vehicle)
+    read = between_rows([flights[0], dense], vehicle, every)
+    assert read[0].meta[COMMAND_STEPS] == every
+    assert read[1] is dense
 
 
 @pytest.mark.parametrize(
@@ -100,8 +103,8 @@ def test_a_model_is_extended_by_what_thinned_logs_say():
 
 def test_what_the_metadata_say_of_commands_is_taken_and_checked():
     flights = [stepped(f, 4) for f in logs("quadrotor", {}, 4, seconds=4.0)[:2]]
-    assert not sparse(observe(model("quadrotor"), flights))
     vehicle = load_vehicle(VEHICLES / "quadrotor.yaml")
+    assert not any(sparse(f, vehicle) for f in flights)
     for wrong in (0, 1.5, "two", True):
         with pytest.raises(InputError, match="command_steps"):
             recorded(vehicle, Flight(flights[0].table, {COMMAND_STEPS: wrong}))

@@ -11,7 +11,7 @@ from infotraj.comparing.equation_error import AXES
 from infotraj.comparing.statistics import Statistics
 from infotraj.diagnosis import refusal
 from infotraj.diagnosis.candidates import candidates
-from infotraj.diagnosis.commands import fits_better, likeliest_steps, sparse, stepped
+from infotraj.diagnosis.commands import between_rows, fits_better, likeliest_steps, sparse
 from infotraj.diagnosis.diagnosis import held_members, observe
 from infotraj.diagnosis.fitting import Fit, beyond_bounds, fit
 from infotraj.diagnosis.noise import estimated, started
@@ -102,10 +102,10 @@ def add(
     if twice:
         raise UsageError(problem(f"{twice[0]} is in the model already", "an effect that is not", "Drop it."))
     observation, made = _best(observe(model, flights, start, stop), held, chosen)
-    if sparse(observation):
+    if any(sparse(f, vehicle) for f in flights):
         inside = {m.candidate.label for m in made.members}
         steps = likeliest_steps(observation, made.members, [c for c in known if c.label not in inside])
-        other = [stepped(f, steps) for f in flights]
+        other = between_rows(flights, vehicle, steps)
         between = _best(observe(model, other, start, stop), held, chosen)
         if fits_better(between, (observation, made)):
             flights, made = other, between[1]

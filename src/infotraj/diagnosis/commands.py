@@ -17,9 +17,11 @@ from infotraj.diagnosis.candidates import Candidate
 from infotraj.diagnosis.fitting import Fit, fit
 from infotraj.diagnosis.noise import left_by_richest, started
 from infotraj.diagnosis.observation import Member, Observation
+from infotraj.diagnosis.premises import command_step
 from infotraj.diagnosis.sensitivities import sensitivities
 from infotraj.diagnosis.silent import silent_axes
 from infotraj.flight import COMMAND_STEPS, Flight
+from infotraj.vehicle import Vehicle
 
 _COUNTS = (2, 4)
 _CLEARLY = 10.0  # squared error, in noise variances, that steps must spare before they are believed
@@ -31,10 +33,14 @@ def stepped(flight: Flight, count: int) -> Flight:
     return Flight(flight.table, {**flight.meta, COMMAND_STEPS: count})
 
 
-def sparse(observation: Observation) -> bool:
-    """Whether a controller may have made more commands than the flights hold; where they say how many, it is known."""
-    said = any(COMMAND_STEPS in s.flight.meta for s in observation.samples)
-    return not said and observation.command_step > 1.5 * DENSE
+def sparse(flight: Flight, vehicle: Vehicle) -> bool:
+    """Whether a controller may have made more commands than the flight holds; where it says how many, it is known."""
+    return COMMAND_STEPS not in flight.meta and command_step(flight, vehicle) > 1.5 * DENSE
+
+
+def between_rows(flights: Sequence[Flight], vehicle: Vehicle, count: int) -> list[Flight]:
+    """The flights, the sparse ones with commands that make `count` steps from row to row."""
+    return [stepped(f, count) if sparse(f, vehicle) else f for f in flights]
 
 
 def likeliest_steps(observation: Observation, members: Sequence[Member], absent: Sequence[Candidate]) -> int:
@@ -44,7 +50,8 @@ def likeliest_steps(observation: Observation, members: Sequence[Member], absent:
     model = observation.model(members)
     left = []
     for count in _COUNTS:
-        samples = [replace(s, prepared=model.prepare(stepped(s.flight, count))) for s in observation.samples]
+        flights = between_rows([s.flight for s in observation.samples], observation.vehicle, count)
+        samples = [replace(s, prepared=model.prepare(f)) for s, f in zip(observation.samples, flights, strict=True)]
         residuals = [s.residual(model) for s in samples]
         joint = [
             [np.concatenate([r[:, :, None], x[:, :, 1:]], axis=2) for r, x in zip(residual, flight, strict=True)]

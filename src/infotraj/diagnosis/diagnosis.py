@@ -13,7 +13,7 @@ from infotraj.comparing.statistics import Statistics
 from infotraj.diagnosis import premises, refusal, selecting
 from infotraj.diagnosis import search as searching
 from infotraj.diagnosis.candidates import Candidate, candidates
-from infotraj.diagnosis.commands import fits_better, likeliest_steps, sparse, stepped
+from infotraj.diagnosis.commands import between_rows, fits_better, likeliest_steps, sparse
 from infotraj.diagnosis.fitting import Fit
 from infotraj.diagnosis.numbers import fitted_numbers, values_of
 from infotraj.diagnosis.observation import Member, Observation
@@ -113,9 +113,8 @@ def diagnose(
         return search, selecting.run(search, held) if known else search.fitted(held)
 
     search, whole = searched(observation)
-    if known and sparse(observation):
-        steps = likeliest_steps(observation, held, known)
-        between = [stepped(f, steps) for f in flights]
+    if known and any(sparse(f, vehicle) for f in flights):
+        between = between_rows(flights, vehicle, likeliest_steps(observation, held, known))
         other, found = searched(observe(model, between, start, stop))
         if fits_better((other.observation, found), (search.observation, whole)):
             flights, search, whole = between, other, found
