@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import pytest
 import yaml
 from exact_simulation import fly
 
@@ -33,7 +34,8 @@ def test_a_load_is_no_mass():
     assert abs(numbers["length"] - true["length"]) < 0.03
 
 
-def test_the_path_that_swings_a_load_is_smooth():
+@pytest.mark.parametrize("lost", [0, 40], ids=["whole", "frames lost"])
+def test_the_path_that_swings_a_load_is_smooth(lost):
     """Positions to 0.5 mm at 100 Hz, twice differenced, are accelerations to 3.5 m/s^2."""
     t = 0.01 * np.arange(1201)
     place = np.stack([0.8 * np.sin(2 * t), 0.6 * np.sin(3 * t), 1 + 0.2 * np.cos(5 * t)], axis=1)
@@ -48,7 +50,9 @@ def test_the_path_that_swings_a_load_is_smooth():
         "qz": 0.0,
     }
     table = pd.DataFrame(columns | {f"cmd_rotor_{i}": 1000.0 for i in range(4)})
-    prepared = Model(load_vehicle(VEHICLES / "quadrotor.yaml")).prepare(Flight(table))
+    kept = np.setdiff1d(np.arange(len(t)), np.random.default_rng(2).integers(50, 1150, lost))
+    flight = Flight(table.iloc[kept].reset_index(drop=True))
+    prepared = Model(load_vehicle(VEHICLES / "quadrotor.yaml")).prepare(flight)
     path = prepared.origin_path(ImuLaw.ideal())
     inside = slice(30, -30)
     assert np.sqrt(np.mean((path.at(t) - true)[inside] ** 2)) < 0.3

@@ -25,7 +25,7 @@ from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
 T = TypeVar("T")
-_SMOOTHED = 0.25  # s: a cubic over it follows what a vehicle does below 5 Hz
+_SMOOTHED = 0.25  # s: a cubic over it keeps 94 % of what a vehicle does at 3 Hz, 70 % at 5 Hz
 _BESIDE = 64  # samples beside a segment that interpolation may look at, enough to know their usual interval
 SEGMENT = 4096  # rows evaluated at once, so that memory does not grow with the flight
 _KEPT_ROWS = 40_000  # of a longer flight nothing is kept that grows with rotors and rows
@@ -183,12 +183,15 @@ class Prepared:
 def _slope(velocity: Samples) -> Array:
     """Acceleration (m, 3), smoothed (Savitzky and Golay 1964) where the velocity itself is the slope of positions."""
     times, values = velocity.times, velocity.values
-    steps = np.diff(times)
-    width = 2 * int(_SMOOTHED / np.median(steps) / 2) + 1
-    even = len(times) > width and np.ptp(steps) < 0.5 * np.median(steps)
-    if velocity.derived and even and width > 3:
-        return savgol_filter(values, width, 3, deriv=1, delta=float(np.mean(steps)), axis=0)
-    return np.gradient(values, times, axis=0)
+    step = float(np.median(np.diff(times)))
+    even = np.arange(times[0], times[-1] + step / 2, step)
+    width = 2 * int(_SMOOTHED / step / 2) + 1
+    if not velocity.derived or width < 5 or len(even) < width:
+        return np.gradient(values, times, axis=0)
+    # Frames that are missing or late are put on an even grid.
+    gridded = np.stack([np.interp(even, times, x) for x in values.T], axis=1)
+    slopes = savgol_filter(gridded, width, 3, deriv=1, delta=step, axis=0)
+    return np.stack([np.interp(times, even, x) for x in slopes.T], axis=1)
 
 
 def _at(samples: Samples | None, time: Array) -> Array | None:
