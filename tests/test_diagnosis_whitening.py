@@ -1,6 +1,7 @@
 """Whitening: what it makes of known noise, that it is linear, and that it starts again with every run."""
 
 import numpy as np
+import pytest
 
 from infotraj.diagnosis.whitening import estimate, place_in_run
 
@@ -88,10 +89,22 @@ def test_short_flights_do_not_hide_that_a_level_walks():
     assert np.max(ratios) < 2.5
 
 
-def test_an_axis_that_wanders_more_is_filtered_on_its_own():
-    rng = np.random.default_rng(6)
-    walks = np.array([0.04, 0.04, 1.0])
-    d = wandering(rng, 4000, walk=walks)
-    filters = estimate([d], [np.zeros(4000, dtype=int)], difference=True)
-    for i, w in enumerate(filters):
-        assert 0.7 < doubted(w, d[:, i], walks[i]) < 1.4
+@pytest.mark.parametrize("seed", [6, 7, 8])
+def test_an_axis_that_wanders_more_has_a_gain_of_its_own(seed):
+    """With the others' gain an autoregression stands for the walk, and its mean is believed twice as much as it may."""
+    rng = np.random.default_rng(seed)
+    walks = np.array([0.002, 0.002, 0.05])
+    flights = [wandering(rng, 1500, walk=walks) for _ in range(4)]
+    filters = estimate(flights, [np.zeros(1500, dtype=int)] * 4, difference=True)
+    assert filters[0].gain == filters[1].gain
+    assert filters[2].gain > 5 * filters[0].gain
+    assert doubted(filters[2], flights[0][:, 2], walks[2]) < 1.7
+
+
+def test_a_flight_in_pieces_has_no_say():
+    """No stretch of it is as long as the autoregression: its error under it is no number."""
+    rng = np.random.default_rng(7)
+    whole, pieces = wandering(rng, 2000), wandering(rng, 60)
+    found = estimate([whole, pieces], [np.zeros(2000, dtype=int), np.arange(60) // 5], difference=True)
+    assert all(w.gain < 0.1 for w in found)
+    assert all(np.isfinite(w.deviation) for w in found)

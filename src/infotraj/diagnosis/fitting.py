@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from infotraj.diagnosis.noise import PRIOR
 from infotraj.diagnosis.observation import Member, Observation, inward, packed, unpacked
 from infotraj.diagnosis.plain import mean_squares
 from infotraj.diagnosis.sensitivities import SMALL
@@ -19,7 +20,6 @@ from infotraj.diagnosis.sums import Sums, block_sums
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
-_USUAL = 3.0  # usual sizes: a weak prior about the absent value, that only what the flights do not determine feels
 _ROUNDS = 8
 _NEAR = 0.3  # usual sizes from where the Jacobian was taken: nearer it counts as that of the place
 _AS_EXPECTED = 0.1  # relative difference between the gain of a step and what the Jacobian said
@@ -56,8 +56,8 @@ def fit(observation: Observation, members: Sequence[Member], rounds: int = _ROUN
     for _ in range(rounds):
         if taken_at is None:
             jacobian, taken_at = _jacobian(observation, members, x, r, owner), x
-        gram = jacobian.T @ jacobian + np.eye(len(x)) / _USUAL**2
-        right = jacobian.T @ r - (x - absent) / _USUAL**2
+        gram = jacobian.T @ jacobian + np.eye(len(x)) / PRIOR**2
+        right = jacobian.T @ r - (x - absent) / PRIOR**2
         gained, expected = 0.0, 1.0
         for _ in range(6):
             step = _step(gram, right, damping, x, low, high)
@@ -96,7 +96,7 @@ def fit(observation: Observation, members: Sequence[Member], rounds: int = _ROUN
 
 
 def _penalised(r: Array, x: Array, absent: Array) -> float:
-    return float(r @ r + np.sum(((x - absent) / _USUAL) ** 2))
+    return float(r @ r + np.sum(((x - absent) / PRIOR) ** 2))
 
 
 def beyond_bounds(made: Fit, vehicle: Vehicle) -> dict[str, str]:

@@ -11,7 +11,7 @@ from infotraj.diagnosis.whitening import Whitener
 from infotraj.rotations import Array
 
 _START = 0.3  # gain of the first filter of differences
-PRIOR = 3.0  # usual sizes: standard deviation of every number in the richest fit
+PRIOR = 3.0  # usual sizes: deviation of every number about its absent value, felt where flights do not determine it
 
 
 def estimated(observation: Observation, joint: list[list[Array]], rounds: int = 2) -> Observation:

@@ -72,7 +72,10 @@ def _tried(values: list[Array], runs: list[NDArray], gain: float | None, most: i
     coefficients, variance = _autoregression([v[:, 0] for v in filtered], runs, most)
     found = Whitener(gain, coefficients, _positive(variance, values))
     # The innovations' own variance decides: the filter has a unit leading coefficient, so its likelihood is that.
-    left = np.mean([np.mean(found.apply(v, r)[found.used(r)] ** 2) for v, r in zip(values, runs, strict=True)])
+    # Flights whose every stretch is too short for it have no say.
+    used = [(v, r, found.used(r)) for v, r in zip(values, runs, strict=True)]
+    parts = [np.mean(found.apply(v, r)[rows] ** 2) for v, r, rows in used if rows.any()]
+    left = max(np.mean(parts), 1e-300) if parts else np.inf
     count = sum(map(len, values))
     return float(count * np.log(found.deviation**2 * left) + _charge(len(coefficients), count)), found
 
