@@ -1,20 +1,24 @@
 """Commands between the rows of a log: read as they were, and no reason to name an effect."""
 
+import json
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
+from click.testing import CliRunner
 from exact_simulation import fly
 
+from infotraj.cli import cli
 from infotraj.diagnosis.adding import add
 from infotraj.diagnosis.candidates import candidates
-from infotraj.diagnosis.commands import between_rows, likeliest_steps, sparse, stepped
 from infotraj.diagnosis.diagnosis import diagnose, observe
+from infotraj.diagnosis.sparse_commands import between_rows, likeliest_steps, sparse
 from infotraj.diagnosis.summary import as_dict, as_text
 from infotraj.effects import catalogue
 from infotraj.errors import InputError
-from infotraj.flight import COMMAND_STEPS, Flight
+from infotraj.flight import COMMAND_STEPS, Flight, read_flight, stepped
 from infotraj.models import Model
 from infotraj.models.recorded import recorded
 from infotraj.vehicle import load_vehicle
@@ -101,10 +105,43 @@ def test_a_model_is_extended_by_what_thinned_logs_say():
     np.testing.assert_allclose(made.model.effects[0].values["d"], [0.4, 0.5, 0.3], rtol=0.1)
 
 
-def test_what_the_metadata_say_of_commands_is_taken_and_checked():
-    flights = [stepped(f, 4) for f in logs("quadrotor", {}, 4, seconds=4.0)[:2]]
+def test_what_the_metadata_say_of_commands_is_taken_and_checked(tmp_path):
     vehicle = load_vehicle(VEHICLES / "quadrotor.yaml")
+    flights = []
+    for k, made in enumerate(logs("quadrotor", {}, 4, seconds=8.0)):
+        stepped(made, 4).write(tmp_path / f"{k}.parquet")
+        flights.append(read_flight(tmp_path / f"{k}.parquet"))
     assert not any(sparse(f, vehicle) for f in flights)
+    found = diagnose(model("quadrotor"), flights)
+    assert found.supported == ()
+    assert found.command_steps == 4
     for wrong in (0, 1.5, "two", True):
         with pytest.raises(InputError, match="command_steps"):
             recorded(vehicle, Flight(flights[0].table, {COMMAND_STEPS: wrong}))
+
+
+def test_measured_actuators_are_read_once():
+    flight = logs("quadrotor", {}, 4, seconds=2.0)[0]
+    table = flight.table[[c for c in flight.table if not c.startswith("cmd_")]]
+    assert sparse(flight, model("quadrotor").vehicle)
+    assert not sparse(Flight(table), model("quadrotor").vehicle)
+
+
+def test_the_commands_take_and_hand_on_how_to_read(tmp_path):
+    paths = []
+    for k, made in enumerate(logs("omav", {"linear_drag": {"d": [0.4, 0.5, 0.3]}}, 4)):
+        paths.append(str(tmp_path / f"{k}.parquet"))
+        made.write(tmp_path / f"{k}.parquet")
+    vehicle, new = str(VEHICLES / "omav.yaml"), str(tmp_path / "new.yaml")
+    run = CliRunner().invoke(cli, ["diagnose", vehicle, *paths, "--save-model", new])
+    assert run.exit_code == 0, run.output
+    found = re.search(r"read as (\d) steps", run.output)
+    assert f"--command-steps {found[1]}" in run.output.splitlines()[-1]
+    assert f"--command-steps {found[1]}" in Path(new).read_text()
+    errors = {}
+    for steps in ("1", found[1]):
+        numbers = tmp_path / f"{steps}.json"
+        run = CliRunner().invoke(cli, ["compare", new, paths[0], "--command-steps", steps, "--json", str(numbers)])
+        assert run.exit_code == 0, run.output
+        errors[steps] = json.loads(numbers.read_text())["rmse"]["fx"]
+    assert errors[found[1]] < errors["1"]

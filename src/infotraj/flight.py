@@ -105,6 +105,21 @@ class Flight:
             part.unlink(missing_ok=True)
 
 
+def stepped(flight: Flight, count: int) -> Flight:
+    """The flight with commands that make `count` steps from one row that holds them to the next; 1: that are held."""
+    return Flight(flight.table, {**flight.meta, COMMAND_STEPS: count})
+
+
+def command_steps(flight: Flight) -> int:
+    """The number of these steps. InputError where the metadata hold something else."""
+    count = flight.meta.get(COMMAND_STEPS, 1)
+    if not isinstance(count, int) or isinstance(count, bool) or count < 1:
+        source = flight.meta.get("source", "flight")
+        what = f"{source}: {COMMAND_STEPS} {count!r} in the metadata"
+        raise InputError(problem(what, "a whole number from 1: steps from row to row", "Correct it or leave it out."))
+    return count
+
+
 def read_flight(path: str | Path) -> Flight:
     """Reads a flight table (.csv or .parquet). InputError, one line, for anything that is not one."""
     path = Path(path)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from infotraj.comparing.options import command_steps_option
 from infotraj.errors import InputError, UsageError, problem
 
 THRESHOLD_PASSED = 4
@@ -30,6 +31,7 @@ THRESHOLD_PASSED = 4
 @click.option("--recording", type=click.Path(path_type=Path), help="FILE.rrd: the worst flight, for the rerun viewer.")
 @click.option("--from", "start", type=float, help="First t that is scored, s.")
 @click.option("--to", "stop", type=float, help="Where scoring stops, s.")
+@command_steps_option
 @click.option("--skip-rejected", is_flag=True, help="Go on with the other flights.")
 @click.option("--seed", type=int, default=0, help="Nothing here is random; accepted so that all commands take it.")
 @click.option("-q", "--quiet", is_flag=True, help="No messages.")
@@ -47,6 +49,7 @@ def compare_command(
     recording: Path | None,
     start: float | None,
     stop: float | None,
+    command_steps: int | None,
     skip_rejected: bool,
     seed: int,
     quiet: bool,
@@ -81,7 +84,7 @@ def compare_command(
             )
         return one
 
-    used, parts = files.accepted(flights, use, skip_rejected=skip_rejected)
+    used, parts = files.accepted(flights, use, skip_rejected=skip_rejected, command_steps=command_steps)
     comparison = Comparison(
         tuple(str(f.meta["source"]) for f in used),
         tuple(used),

@@ -11,14 +11,17 @@ from typing import Any, TypeVar
 import click
 
 from infotraj.errors import InfotrajError, InputError, UsageError, problem
-from infotraj.flight import Flight, read_flight
+from infotraj.flight import Flight, read_flight, stepped
 
 T = TypeVar("T")
 
 
-def accepted(paths: Sequence[Path], use: Callable[[Flight], T], *, skip_rejected: bool) -> tuple[list[Flight], list[T]]:
+def accepted(
+    paths: Sequence[Path], use: Callable[[Flight], T], *, skip_rejected: bool, command_steps: int | None = None
+) -> tuple[list[Flight], list[T]]:
     """The flights that can be used, with what `use` made of each. Those that cannot are named on standard error.
 
+    command_steps: what is said of the commands of all of them (see `stepped`); None: what their metadata say.
     InputError where one was rejected (with `skip_rejected`: where none is left).
     """
     flights: list[Flight] = []
@@ -27,6 +30,7 @@ def accepted(paths: Sequence[Path], use: Callable[[Flight], T], *, skip_rejected
     for path in paths:
         try:
             flight = read_flight(path)
+            flight = flight if command_steps is None else stepped(flight, command_steps)
             found.append(use(flight))
             flights.append(flight)
         except InputError as error:

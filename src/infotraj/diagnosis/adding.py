@@ -11,16 +11,16 @@ from infotraj.comparing.equation_error import AXES
 from infotraj.comparing.statistics import Statistics
 from infotraj.diagnosis import refusal
 from infotraj.diagnosis.candidates import candidates
-from infotraj.diagnosis.commands import between_rows, fits_better, likeliest_steps, sparse
 from infotraj.diagnosis.diagnosis import held_members, observe
 from infotraj.diagnosis.fitting import Fit, beyond_bounds, fit
 from infotraj.diagnosis.noise import estimated, started
 from infotraj.diagnosis.numbers import fitted_numbers
 from infotraj.diagnosis.observation import Member, Observation
 from infotraj.diagnosis.sensitivities import sensitivities
+from infotraj.diagnosis.sparse_commands import between_rows, fits_better, likeliest_steps, sparse
 from infotraj.effects import catalogue, effect_class
 from infotraj.errors import InfotrajError, InputError, UsageError, problem
-from infotraj.flight import Flight
+from infotraj.flight import Flight, command_steps
 from infotraj.models import Model
 
 _AGAIN = 2  # times that the noise is estimated anew from the fitted model
@@ -30,7 +30,8 @@ _AGAIN = 2  # times that the noise is estimated anew from the fitted model
 class Added:
     """A model with effects added: their names, standard errors of all its effects, equation error before and after.
 
-    ended: effects whose numbers stopped at a physical bound, and how.
+    ended: effects whose numbers stopped at a physical bound, and how; command_steps: that commands were taken to make
+    from row to row, 1 where they were held.
     """
 
     model: Model
@@ -39,6 +40,7 @@ class Added:
     before: Statistics
     after: Statistics
     ended: dict[str, str]
+    command_steps: int = 1
 
     def as_dict(self) -> dict[str, Any]:
         """JSON: effects with parameters and standard errors, errors before and after."""
@@ -54,6 +56,7 @@ class Added:
                 "after": axes(self.after.rmse),
                 "floor": axes(self.after.floor),
             },
+            "commands": {"steps": self.command_steps},
         }
 
     def as_text(self) -> str:
@@ -66,6 +69,8 @@ class Added:
             if self.before.rmse[i] == self.before.rmse[i]:
                 after = f"{self.after.rmse[i]:.4g} after, floor {self.after.floor[i]:.4g}"
                 lines.append(f"{axis}: {self.before.rmse[i]:.4g} before, {after}")
+        if self.command_steps > 1:
+            lines.append(f"commands: read as {self.command_steps} steps from row to row")
         return "\n".join(lines) + "\n"
 
 
@@ -117,6 +122,7 @@ def add(
         refusal.errors(model, flights, start, stop),
         refusal.errors(new, flights, start, stop),
         beyond_bounds(made, vehicle),
+        max(map(command_steps, flights)),
     )
 
 

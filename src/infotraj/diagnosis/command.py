@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from infotraj.comparing.options import command_steps_option
+
 if TYPE_CHECKING:
     from infotraj.flight import Flight
     from infotraj.models import Model
@@ -43,6 +45,7 @@ _JSON = click.option("--json", "json_file", type=click.Path(path_type=Path), hel
 @_EFFECTS_FROM
 @_FROM
 @_TO
+@command_steps_option
 @_SKIP
 @_SEED
 @_QUIET
@@ -58,6 +61,7 @@ def diagnose_command(
     effects_from: tuple[Path, ...],
     start: float | None,
     stop: float | None,
+    command_steps: int | None,
     skip_rejected: bool,
     seed: int,
     quiet: bool,
@@ -73,7 +77,8 @@ def diagnose_command(
     files.require_order(start, stop)
     refuse_overwriting(save_model, model)
     read, content = read_model(model, effects_from)
-    _, used = files.accepted(flights, _usable(read, start, stop), skip_rejected=skip_rejected)
+    usable = _usable(read, start, stop)
+    _, used = files.accepted(flights, usable, skip_rejected=skip_rejected, command_steps=command_steps)
     _progress(quiet, f"{len(used)} flights, {sum(len(f.t) for f in used)} rows")
     found = diagnose(read, used, effects_from=effects_from, matters=matters, seed=seed, start=start, stop=stop)
     if json_file is not None:
@@ -108,7 +113,7 @@ def diagnose_command(
     named = " ".join(str(f.meta["source"]) for f in used)
     new = save_model if save_model is not None and found.supported else None
     following = f"infotraj compare {new} {named} --against {model}" if new else f"infotraj locate {model} {named}"
-    _say(quiet, f"next: {following}")
+    _say(quiet, f"next: {following}{_as_read(found.command_steps)}")
 
 
 @click.command("add")
@@ -122,6 +127,7 @@ def diagnose_command(
 @_EFFECTS_FROM
 @_FROM
 @_TO
+@command_steps_option
 @_SKIP
 @_SEED
 @_QUIET
@@ -135,6 +141,7 @@ def add_command(
     effects_from: tuple[Path, ...],
     start: float | None,
     stop: float | None,
+    command_steps: int | None,
     skip_rejected: bool,
     seed: int,
     quiet: bool,
@@ -152,13 +159,15 @@ def add_command(
     files.require_order(start, stop)
     refuse_overwriting(output, model)
     read, content = read_model(model, effects_from)
-    _, used = files.accepted(flights, _usable(read, start, stop), skip_rejected=skip_rejected)
+    usable = _usable(read, start, stop)
+    _, used = files.accepted(flights, usable, skip_rejected=skip_rejected, command_steps=command_steps)
     made = add(read, effects, used, effects_from=effects_from, start=start, stop=stop)
     save_added(made, output, parent=model, content=content, flights=used)
     if json_file is not None:
         files.write_json(made.as_dict(), json_file)
     click.echo(made.as_text(), nl=False)
-    _say(quiet, f"next: infotraj compare {output} {' '.join(map(str, flights))} --against {model}")
+    named = " ".join(map(str, flights))
+    _say(quiet, f"next: infotraj compare {output} {named} --against {model}{_as_read(made.command_steps)}")
 
 
 @click.command("history")
@@ -188,6 +197,10 @@ def _usable(model: Model, start: float | None, stop: float | None) -> Callable[[
         return cleaned
 
     return use
+
+
+def _as_read(steps: int) -> str:
+    return f" --command-steps {steps}" if steps > 1 else ""
 
 
 def _say(quiet: bool, line: str) -> None:

@@ -13,19 +13,19 @@ from infotraj.comparing.statistics import Statistics
 from infotraj.diagnosis import premises, refusal, selecting
 from infotraj.diagnosis import search as searching
 from infotraj.diagnosis.candidates import Candidate, candidates
-from infotraj.diagnosis.commands import between_rows, fits_better, likeliest_steps, sparse
 from infotraj.diagnosis.fitting import Fit
 from infotraj.diagnosis.numbers import fitted_numbers, values_of
 from infotraj.diagnosis.observation import Member, Observation
 from infotraj.diagnosis.residual import FlightSamples, flight_samples
 from infotraj.diagnosis.search import MATTERS, Search, spread
+from infotraj.diagnosis.sparse_commands import between_rows, fits_better, likeliest_steps, sparse
 from infotraj.diagnosis.unexplained import Unexplained, unexplained
 from infotraj.diagnosis.verdicts import CONFIDENT, Finding, Judge, widening
 from infotraj.diagnosis.whitened import blocks, noise_model
 from infotraj.diagnosis.withheld import withheld
 from infotraj.effects import Effect, catalogue
 from infotraj.errors import InputError, problem
-from infotraj.flight import Flight
+from infotraj.flight import Flight, command_steps
 from infotraj.models import Model
 from infotraj.vehicle import Vehicle
 
@@ -51,6 +51,11 @@ class Diagnosis:
     search: Search
     whole: Fit
     final: Fit
+
+    @property
+    def command_steps(self) -> int:
+        """How many steps the commands were taken to make from row to row, at most; 1: they were held."""
+        return max(command_steps(s.flight) for s in self.samples)
 
     def finding(self, name: str) -> Finding:
         """The finding of that name."""
@@ -108,14 +113,14 @@ def diagnose(
     taken = {m.candidate.label for m in held}
     known = [c for c in known if c.label not in taken]
 
-    def searched(observation: Observation) -> tuple[Search, Fit]:
+    def searched(observation: Observation, rng: np.random.Generator) -> tuple[Search, Fit]:
         search = searching.start_search(observation, held, known, rng, matters)
         return search, selecting.run(search, held) if known else search.fitted(held)
 
-    search, whole = searched(observation)
+    search, whole = searched(observation, rng)
     if known and any(sparse(f, vehicle) for f in flights):
         between = between_rows(flights, vehicle, likeliest_steps(observation, held, known))
-        other, found = searched(observe(model, between, start, stop))
+        other, found = searched(observe(model, between, start, stop), np.random.default_rng([seed, 1]))
         if fits_better((other.observation, found), (search.observation, whole)):
             flights, search, whole = between, other, found
     left = Unexplained(False, ()) if doubts else unexplained(search, whole, rng)

@@ -30,14 +30,19 @@ def save_diagnosed(
 ) -> None:
     """The model with the supported effects; the model as it was where there are none."""
     note = f"diagnose: {', '.join(found.supported)}" if found.supported else "diagnose: no effect supported"
+    note += _read(found.command_steps)
     errors = found.errors_of or [e.standard_errors for e in content.effects]
     _save(found.model, path, parent, flights, errors, found.before, found.after, note)
 
 
 def save_added(made: Added, path: Path, *, parent: Path, content: ModelFile, flights: Sequence[Flight]) -> None:
     """The model with the effects that were asked for."""
-    note = f"add: {', '.join(made.names)}"
+    note = f"add: {', '.join(made.names)}{_read(made.command_steps)}"
     _save(made.model, path, parent, flights, made.errors, made.before, made.after, note)
+
+
+def _read(steps: int) -> str:
+    return f"; --command-steps {steps}" if steps > 1 else ""
 
 
 def _save(

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from infotraj.diagnosis.allowance import DENSE, TIMING
+from infotraj.diagnosis.allowance import TIMING
 from infotraj.diagnosis.candidates import Candidate
 from infotraj.diagnosis.fitting import Fit, fit
 from infotraj.diagnosis.noise import left_by_richest, started
@@ -20,22 +20,20 @@ from infotraj.diagnosis.observation import Member, Observation
 from infotraj.diagnosis.premises import command_step
 from infotraj.diagnosis.sensitivities import sensitivities
 from infotraj.diagnosis.silent import silent_axes
-from infotraj.flight import COMMAND_STEPS, Flight
+from infotraj.flight import COMMAND_STEPS, Flight, stepped
 from infotraj.vehicle import Vehicle
 
+_SPARSE = 0.0075  # s between rows with commands
 _COUNTS = (2, 4)
 _CLEARLY = 10.0  # squared error, in noise variances, that steps must spare before they are believed
 _EACH = 2.0  # the same, that a fitted number must spare (Akaike 1974)
 
 
-def stepped(flight: Flight, count: int) -> Flight:
-    """The flight with commands that make `count` steps from row to row."""
-    return Flight(flight.table, {**flight.meta, COMMAND_STEPS: count})
-
-
 def sparse(flight: Flight, vehicle: Vehicle) -> bool:
     """Whether a controller may have made more commands than the flight holds; where it says how many, it is known."""
-    return COMMAND_STEPS not in flight.meta and command_step(flight, vehicle) > 1.5 * DENSE
+    commands = [f"cmd_rotor_{i}" for i in range(len(vehicle.rotors))]
+    known = COMMAND_STEPS in flight.meta or not flight.has(*commands)
+    return not known and command_step(flight, vehicle) > _SPARSE
 
 
 def between_rows(flights: Sequence[Flight], vehicle: Vehicle, count: int) -> list[Flight]:
@@ -69,7 +67,7 @@ def fits_better(as_steps: tuple[Observation, Fit], as_held: tuple[Observation, F
     """
     held, before = as_held
     steps, after = as_steps
-    if not _timing(after) <= _timing(before):
+    if _timing(after) > _timing(before):
         return False
     steps = replace(steps, noise=held.noise, ignored=held.ignored)
     again = fit(steps, after.members)
@@ -80,8 +78,8 @@ def fits_better(as_steps: tuple[Observation, Fit], as_held: tuple[Observation, F
     return spared * _count(held) > _CLEARLY + _EACH * more
 
 
-def _timing(found: Fit) -> set[str]:
-    return {m.candidate.name for m in found.members if m.candidate.name in TIMING}
+def _timing(found: Fit) -> int:
+    return sum(m.candidate.name in TIMING for m in found.members)
 
 
 def _count(observation: Observation) -> int:

@@ -9,8 +9,8 @@ import numpy as np
 from infotraj.comparing.equation_error import AXES
 from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.premises import PREMISES
+from infotraj.diagnosis.sparse_commands import sparse
 from infotraj.diagnosis.verdicts import Finding
-from infotraj.flight import COMMAND_STEPS
 from infotraj.rotations import Array
 
 _ORDER = ("Supported", "Not separable", "Plausible", "Not needed", "Not testable here")
@@ -42,7 +42,7 @@ def as_dict(found: Diagnosis) -> dict[str, Any]:
             for s in found.unexplained.axes
         ],
         "refused": found.refused,
-        "commands": {"every": _number(found.search.observation.command_step), "steps": steps_of(found)},
+        "commands": {"every": _number(found.search.observation.command_step), "steps": found.command_steps},
         "flights": [
             {
                 "path": str(s.flight.meta.get("source", "flight")),
@@ -53,11 +53,6 @@ def as_dict(found: Diagnosis) -> dict[str, Any]:
             for s in found.samples
         ],
     }
-
-
-def steps_of(found: Diagnosis) -> int:
-    """How many steps the commands were taken to make between two rows that hold them; 1: they were held."""
-    return max(s.flight.meta.get(COMMAND_STEPS, 1) for s in found.samples)
 
 
 def sentence(found: Diagnosis) -> str:
@@ -111,10 +106,11 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
         lines.append(f"left on {s.axis}: {s.share:.0%} of the slow error can be predicted; it goes with {goes}")
         if s.hint:
             lines.append(f"  hint, not a result: {s.hint} ({s.hint_share:.0%} held out)")
-    if (steps := steps_of(found)) > 1:
-        lines.append(
-            f"commands: {steps} steps from row to row explain the flights better than commands held ({COMMAND_STEPS})"
-        )
+    every = found.search.observation.command_step
+    if found.command_steps > 1:
+        lines.append(f"commands: every {1000 * every:.0f} ms, read as {found.command_steps} steps from row to row")
+    if found.command_steps > 1 or any(sparse(s.flight, found.model.vehicle) for s in found.samples):
+        lines.append(f"a delay below {500 * every:.0f} ms cannot be told from how commands ran between their rows")
     lines.append(sentence(found))
     return "\n".join(lines) + "\n"
 

@@ -24,13 +24,14 @@ from infotraj.diagnosis.sums import Sums
 
 TOGETHER = 10.0  # sum of squares, in standard deviations, that is ordinary (95 % of chi squared, four to five numbers)
 
+_CERTAIN = 1e-4  # s: when commands acted is known
 _REST = 0.2  # of what is lost without some effects: tolerances that explain all but as much explain them
 _FEW = 1.5  # times what matters: the most that may be left so
 
 
 def tolerated(search: Search, whole: Fit) -> frozenset[str]:
     """Labels of the members of the fitted model `whole` that tolerances explain, all of them together."""
-    if search.tolerance < INEXACT and unsure(search.observation.command_step) == 0.0:
+    if search.tolerance < INEXACT and unsure(search.observation.command_step) < _CERTAIN:
         # The flights showed the vehicle file to be exact: what is off is off on its own.
         return frozenset()
     # What tolerances explain beside the whole model they must explain in its parts too, and are not charged for.

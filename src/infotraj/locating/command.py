@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from infotraj.comparing.options import command_steps_option
 from infotraj.errors import InputError, problem
 
 
@@ -29,6 +30,7 @@ from infotraj.errors import InputError, problem
 @click.option("--recording", type=click.Path(path_type=Path), help="FILE.rrd: the worst flight, for the rerun viewer.")
 @click.option("--from", "start", type=float, help="First t that is searched, s.")
 @click.option("--to", "stop", type=float, help="Where the search stops, s.")
+@command_steps_option
 @click.option("--skip-rejected", is_flag=True, help="Go on with the other flights.")
 @click.option("--seed", type=int, default=0, help="Of the resamples.")
 @click.option("-q", "--quiet", is_flag=True, help="No messages.")
@@ -44,6 +46,7 @@ def locate_command(
     recording: Path | None,
     start: float | None,
     stop: float | None,
+    command_steps: int | None,
     skip_rejected: bool,
     seed: int,
     quiet: bool,
@@ -70,7 +73,7 @@ def locate_command(
             why = "; ".join(dict.fromkeys(error.reasons.values())) or left or "too short for the filter's window"
             raise InputError(problem(f"{flight.meta['source']}: no row to search ({why})", "rows", "Leave it out."))
 
-    used, _ = files.accepted(flights, use, skip_rejected=skip_rejected)
+    used, _ = files.accepted(flights, use, skip_rejected=skip_rejected, command_steps=command_steps)
     located = locate(
         loaded,
         used,

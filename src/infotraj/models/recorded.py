@@ -9,7 +9,7 @@ import numpy as np
 from infotraj import rotations
 from infotraj.effects.channels import is_derived, rotor_columns, tilt_columns
 from infotraj.errors import InputError, problem
-from infotraj.flight import ATTITUDE, COMMAND_STEPS, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
+from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight, command_steps
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
@@ -62,9 +62,10 @@ def recorded(vehicle: Vehicle, flight: Flight) -> Recorded:
     rate = _samples(flight, RATE)
     if rate is None and attitude is not None and len(attitude.times) > 2:
         rate = Samples(attitude.times, _rates(attitude), derived=True)
-    rotor, rotor_commanded = _actuators(vehicle, flight, "rotor", rotor_columns)
+    steps = command_steps(flight)
+    rotor, rotor_commanded = _actuators(vehicle, flight, "rotor", rotor_columns, steps)
     if vehicle.tilts:
-        tilt, tilt_commanded = _actuators(vehicle, flight, "tilt", tilt_columns)
+        tilt, tilt_commanded = _actuators(vehicle, flight, "tilt", tilt_columns, steps)
     else:
         tilt, tilt_commanded = Samples(rotor.times[:1], np.zeros((1, 0))), False
     return Recorded(
@@ -92,7 +93,7 @@ def _samples(flight: Flight, columns: tuple[str, ...] | list[str]) -> Samples | 
     return Samples(flight.t[good], values[good], is_derived(flight, tuple(columns)))
 
 
-def _actuators(vehicle, flight, what, columns) -> tuple[Samples, bool]:
+def _actuators(vehicle, flight, what, columns, steps) -> tuple[Samples, bool]:
     """Commands as events, each channel held until its next number; else the measured values.
 
     Where the flight's metadata say that commands made several steps between two rows, these lie evenly on the line
@@ -104,7 +105,7 @@ def _actuators(vehicle, flight, what, columns) -> tuple[Samples, bool]:
         any_number = values.notna().any(axis=1).to_numpy()
         held = values.ffill().bfill().to_numpy(dtype=float)
         logged = Samples(flight.t[any_number], held[any_number])
-        return _in_steps(logged, _steps(flight)), True
+        return _in_steps(logged, steps), True
     measured = _samples(flight, columns(vehicle, f"{what}_"))
     if measured is None:
         raise InputError(
@@ -115,15 +116,6 @@ def _actuators(vehicle, flight, what, columns) -> tuple[Samples, bool]:
             )
         )
     return measured, False
-
-
-def _steps(flight: Flight) -> int:
-    count = flight.meta.get(COMMAND_STEPS, 1)
-    if not isinstance(count, int) or isinstance(count, bool) or count < 1:
-        source = flight.meta.get("source", "flight")
-        what = f"{source}: {COMMAND_STEPS} {count!r} in the metadata"
-        raise InputError(problem(what, "a whole number from 1: steps from row to row", "Correct it or leave it out."))
-    return count
 
 
 def _in_steps(logged: Samples, count: int) -> Samples:
