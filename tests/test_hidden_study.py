@@ -19,6 +19,7 @@ from infotraj.experiment.hidden_config import load_study, read_study
 from infotraj.experiment.hidden_flying import fly_batch, logged
 from infotraj.experiment.hidden_summary import report, summarise
 from infotraj.flight import Flight, read_flight
+from infotraj.plots.hidden_effects import figure_curves
 from infotraj.vehicle import load_vehicle
 
 STUDY = read_study("config/studies/hidden_effects.yaml")
@@ -247,6 +248,21 @@ def test_a_summary_of_nothing_says_that_nothing_was_run():
     runs, parameters = hidden_tables.runs_table([])
     said = report(runs, parameters, batches(STUDY, ("omav/nothing/nothing",), 3))
     assert "0 of 3 planned runs were made; 3 were not." in said
+
+
+def test_a_curve_has_a_point_of_all_effects_together(tmp_path):
+    scores = [
+        score(f"omav/curve/{name}@size=0.1", curve="size=0.1", hidden=[name], right=right)
+        for name, right in (("linear_drag", True), ("com_offset", True), ("rotor_lag", False))
+    ]
+    (tmp_path / "scores.json").write_text(json.dumps(scores))
+    points = hidden_tables.curves_table(hidden_tables.runs_table([tmp_path / "scores.json"])[0]).set_index("effect")
+    assert list(points["runs"]) == [1, 1, 1, 3]
+    together = points.loc["all together"]
+    assert together["share"] == pytest.approx(2 / 3)
+    assert (together["low"], together["high"]) == pytest.approx((proportion(2, 3).low, proportion(2, 3).high))
+    figure_curves(points.reset_index(), tmp_path / "curves.pdf", tmp_path / "curves.png")
+    assert (tmp_path / "curves.png").stat().st_size > 5000
 
 
 def test_exact_intervals():

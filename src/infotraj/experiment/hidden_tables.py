@@ -12,6 +12,7 @@ import pandas as pd
 from infotraj.evaluation.proportions import proportion
 
 NOTHING, UNEXPLAINED = "(nothing)", "(unexplained)"
+ALL = "all together"
 COVERED = 1.959964  # standard errors
 
 
@@ -111,7 +112,8 @@ def coverage_table(parameters: pd.DataFrame) -> pd.DataFrame:
 def curves_table(runs: pd.DataFrame) -> pd.DataFrame:
     """A row a point of a curve: share of runs in which the hidden effect was named rightly, with its interval.
 
-    The usual case (16 s, usual noise, full log, size 1) joins every curve from the clean runs at usual size.
+    The usual case (16 s, usual noise, full log, size 1) joins every curve from the clean runs at usual size. The effect
+    ALL joins the effects of a vehicle.
     """
     rows = []
     curved = runs[runs["kind"] == "curve"]
@@ -126,7 +128,23 @@ def curves_table(runs: pd.DataFrame) -> pd.DataFrame:
                 _point(vehicle, hidden, what, value, part)
                 for what, value in (("size", "1"), ("seconds", "16"), ("noise", "1"), ("logging", "full"))
             ]
-    return pd.DataFrame(rows, columns=["vehicle", "effect", "what", "value", "runs", "share", "low", "high", "refused"])
+    columns = ["vehicle", "effect", "what", "value", "runs", "share", "low", "high", "refused"]
+    table = pd.DataFrame(rows, columns=columns)
+    return pd.concat([table, _together(table)], ignore_index=True) if len(table) else table
+
+
+def _together(points: pd.DataFrame) -> pd.DataFrame:
+    """Points of all effects of a vehicle together."""
+    rows = []
+    for (vehicle, what, value), part in points.groupby(["vehicle", "what", "value"], sort=False):
+        p = proportion(round(float((part["share"] * part["runs"]).sum())), int(part["runs"].sum()))
+        rows.append(
+            {
+                "vehicle": vehicle, "effect": ALL, "what": what, "value": value, "runs": p.total, "share": p.share,
+                "low": p.low, "high": p.high, "refused": int(part["refused"].sum()),
+            }
+        )  # fmt: skip
+    return pd.DataFrame(rows)
 
 
 def _point(vehicle: str, effect: str, what: str, value: str, part: pd.DataFrame) -> dict:

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from infotraj.plots import style
 
 LAST = ("(nothing)", "(unexplained)")
+ALL = "all together"
 _COLORS = (style.BLUE, style.VERMILION, style.GREEN, style.ORANGE, style.PURPLE, style.SKY)
 _MARKS = ("o", "s", "^", "D", "v", "P")
 _AXES = {
@@ -123,14 +124,15 @@ def draw_curves(table: pd.DataFrame) -> Figure:
         own = table[table["vehicle"] == vehicle]
         panels = part.subplots(1, 4, sharey=True)
         for axes, what in zip(panels, _AXES, strict=True):
-            _curve(axes, own[own["what"] == what], what, list(dict.fromkeys(own["effect"])))
+            _curve(axes, own[own["what"] == what], what, [e for e in dict.fromkeys(own["effect"]) if e != ALL])
         panels[0].set_ylabel(f"{vehicle}: share right")
-        part.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=5, fontsize=7)
+        part.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=6, fontsize=7)
     return figure
 
 
 def _curve(axes: Axes, table: pd.DataFrame, what: str, effects: list[str]) -> None:
-    for k, effect in enumerate(effects):
+    """Each effect, and all together with their 95 % interval."""
+    for k, effect in enumerate([*effects, ALL]):
         part = table[table["effect"] == effect]
         if what == "logging":
             x = np.array([list(_LOGS).index(v) for v in part["value"]], dtype=float)
@@ -138,13 +140,15 @@ def _curve(axes: Axes, table: pd.DataFrame, what: str, effects: list[str]) -> No
             x = part["value"].astype(float).to_numpy()
         order = np.argsort(x)
         x, part = x[order], part.iloc[order]
-        shift = 0.08 * (k - 0.5 * (len(effects) - 1))
+        whole = effect == ALL
+        shift = 0.0 if whole else 0.08 * (k - 0.5 * (len(effects) - 1))
         x = x + shift if what == "logging" else x * np.exp(0.4 * shift)
-        around = [part["share"] - part["low"], part["high"] - part["share"]]
+        around = [part["share"] - part["low"], part["high"] - part["share"]] if whole else None
         line = "none" if what == "logging" else "-"
         axes.errorbar(
-            x, part["share"], yerr=around, color=_COLORS[k % 6], marker=_MARKS[k % 6], markersize=3, lw=0.9, ls=line,
-            elinewidth=0.4, capsize=1.0, label=effect,
+            x, part["share"], yerr=around, color="black" if whole else _COLORS[k % 6], ls=line, label=effect,
+            marker="_" if whole else _MARKS[k % 6], markersize=7 if whole else 3, lw=1.6 if whole else 0.5,
+            elinewidth=0.8, capsize=2.0, zorder=3 if whole else 2,
         )  # fmt: skip
     axes.set_ylim(-0.04, 1.04)
     if what == "logging":
