@@ -16,7 +16,6 @@ include: "workflow/rules/real_flights.smk"
 include: "workflow/rules/hidden_names.smk"
 include: "workflow/rules/hidden_effects.smk"
 include: "workflow/rules/closed_loop.smk"
-include: "workflow/rules/baselines.smk"
 include: "workflow/rules/recordings.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/publish.smk"
@@ -27,6 +26,7 @@ rule all:
     input:
         results(),
         hidden_results() if CONFIG.hidden_effects.with_all else [],
+        rules.closed_loop.input if CONFIG.closed_loop.with_all else [],
 
 
 onerror:

@@ -1,13 +1,15 @@
 """What users do today: each way on regressions with a known answer, and on a flight with a strong effect."""
 
+import json
+import shutil
+
 import numpy as np
-import pandas as pd
 import pytest
 from hidden_flights import OMAV, fly, truth
 
-from infotraj.errors import InputError
+from infotraj.experiment import hidden_scoring, hidden_ways
 from infotraj.experiment.baselines import Regression, lasso, methods, named_by_each, stepwise
-from infotraj.experiment.baselines_scoring import name_flights, score
+from infotraj.experiment.hidden_diagnosing import name_batch
 
 
 def made(strength, rows=1500, seed=0):
@@ -45,36 +47,65 @@ def test_every_way_finds_a_strong_effect(tmp_path):
     for named in found.values():
         assert "rotor_effectiveness 5" in named.effects
         assert 0.0 < named.seconds < 60.0
-    paths = []
+    shown = tmp_path / "flights/run_0"
+    shown.mkdir(parents=True)
+    shutil.copy("config/vehicles/omav.yaml", shown / "vehicle.yaml")
     for k, flight in enumerate(flights):
-        paths.append(tmp_path / f"{k}.parquet")
-        flight.write(paths[-1])
-    name_flights(vehicle="config/vehicles/omav.yaml", case="weak", flights=paths, table=tmp_path / "weak.csv")
-    read = pd.read_csv(tmp_path / "weak.csv").set_index("method")["effects"]
-    assert {m: frozenset(e.split("+")) for m, e in read.items()} == {m: n.effects for m, n in found.items()}
+        flight.write(shown / f"flight_{k}.parquet")
+    name_batch(flights=tmp_path / "flights", answers=tmp_path / "answers")
+    read = json.loads((tmp_path / "answers/run_0/today.json").read_text())
+    assert {way: frozenset(said["effects"]) for way, said in read.items()} == {w: n.effects for w, n in found.items()}
 
 
-def table(path, case, *effects):
-    rows = [{"case": case, "method": m, "effects": e, "seconds": 2.0} for m, e in zip("ab", effects, strict=True)]
-    pd.DataFrame(rows).to_csv(path, index=False)
-    return path
+def test_flights_that_cannot_be_used_leave_the_ways_without_an_answer(tmp_path):
+    (tmp_path / "flights/run_0").mkdir(parents=True)
+    shutil.copy("config/vehicles/omav.yaml", tmp_path / "flights/run_0/vehicle.yaml")
+    name_batch(flights=tmp_path / "flights", answers=tmp_path / "answers")
+    assert json.loads((tmp_path / "answers/run_0/today.json").read_text()) == {}
 
 
-def test_the_score_counts_found_and_invented(tmp_path):
-    tables = [
-        table(tmp_path / "1.csv", "pair", "drag+mass", "drag"),
-        table(tmp_path / "2.csv", "nothing", "", "drag+mass"),
+EFFECTS = [
+    {"name": "thrust_scale", "parameters": {"factor": 0.9}},
+    {"name": "rotor_effectiveness", "parameters": {"rotor": 3, "factor": 0.8}},
+]
+
+
+@pytest.mark.parametrize(
+    ("named", "found", "invented"),
+    [
+        (["rotor_effectiveness 3", "thrust_scale"], 2, []),
+        (["rotor_effectiveness 4", "coaxial_loss"], 1, ["rotor_effectiveness 4"]),
+        (["mass_offset", "thrust_scale"], 1, ["mass_offset"]),
+        ([], 0, []),
+    ],
+)
+def test_a_member_of_a_group_that_stands_counts_and_the_wrong_rotor_does_not(named, found, invented):
+    members = {"thrust_scale as coaxial_loss": 1.01, "thrust_scale as mass_offset": 1.2}
+    score = hidden_scoring._today(named, EFFECTS, members)
+    assert (len(score["found"]), score["invented"]) == (found, invented)
+
+
+def test_the_table_counts_found_and_invented_of_every_way(tmp_path):
+    def run(kind, hidden, found, invented, way_found, way_invented):
+        way = {"found": way_found, "invented": way_invented, "seconds": 2.0}
+        return {
+            "case": f"omav/{kind}/x", "kind": kind, "clutter": False, "hidden": hidden, "found": found,
+            "invented": invented, "cpu": 8.0, "today": {"LASSO": way},
+        }  # fmt: skip
+
+    scores = [
+        run("pair", ["drag", "mass"], ["drag", "mass"], [], ["drag", "mass"], ["load"]),
+        run("single", ["drag"], ["drag"], [], [], []),
+        run("nothing", [], [], [], [], ["drag", "mass"]),
+        run("unlisted", ["slosh"], [], [], [], ["mass"]),
+        {"kind": "single", "case": "omav/single/refused"},
+        run("richer", ["slow servo"], [], [], [], []),
     ]
-    (tmp_path / "truths.csv").write_text("case,effects\npair,drag+mass\nnothing,\n")
-    score(tables=tables, truths=tmp_path / "truths.csv", table=tmp_path / "s.csv", markdown=tmp_path / "s.md")
-    got = pd.read_csv(tmp_path / "s.csv").set_index("method")
-    assert got.loc["a", ["runs", "found", "exact", "false_alarms", "invented"]].tolist() == [2, 1.0, 1.0, 0.0, 0.0]
-    assert got.loc["b", ["runs", "found", "exact", "false_alarms", "invented"]].tolist() == [2, 0.5, 0.0, 0.5, 1.0]
-    assert "| a | 2 | 100% | 100% | 0% |" in (tmp_path / "s.md").read_text()
-
-
-def test_a_case_without_a_truth_is_refused(tmp_path):
-    (tmp_path / "truths.csv").write_text("case,effects\nother,drag\n")
-    one = table(tmp_path / "1.csv", "pair", "drag", "drag")
-    with pytest.raises(InputError, match="no truth for pair"):
-        score(tables=[one], truths=tmp_path / "truths.csv", table=tmp_path / "s.csv", markdown=tmp_path / "s.md")
+    (tmp_path / "scores.json").write_text(json.dumps(scores))
+    ways = hidden_ways.ways_table([tmp_path / "scores.json"])
+    assert len(ways) == 2 * 4
+    ours, way = (line.split(" | ") for line in hidden_ways.said(ways).splitlines()[2:])
+    assert [c[:6] for c in ours[1:5]] == ["2 of 2", "2 of 2", "0 of 1", "0 of 1"]
+    assert [c[:6] for c in way[1:5]] == ["1 of 2", "0 of 2", "1 of 1", "1 of 1"]
+    assert (ours[5], way[5]) == ("0.00", "1.00")
+    assert (ours[6], way[6]) == ("8.0 s |", "2.0 s |")

@@ -145,6 +145,7 @@ class ClosedLoop(_Strict):
     points: tuple[Count, ...] = Field((10, 40), min_length=1, description="points of the Gaussian process, flown")
     curve: tuple[Count, ...] = Field((5, 10, 20, 40, 80), min_length=1, description="points, learned and not flown")
     curve_seeds: Count = Field(3, description="seeds of that curve")
+    with_all: bool = Field(False, description="whether the default target flies it too, not only `closed_loop`")
 
 
 class RealDiagnosis(_Strict):

@@ -81,6 +81,12 @@ def score_run(shown: Path, answer: Path, kept: Path) -> Score:
     score["error_fitted"] = fitted
     score["error_oracle"] = true if fitted is None else min(fitted, true)
     score.update(_names(run["effects"], score["groups"], rows, base, training, held, fitted))
+    today = answer / "today.json"
+    ways = json.loads(today.read_text()) if today.is_file() else {}
+    score["today"] = {
+        way: {**_today(named["effects"], run["effects"], score["members"]), "seconds": named["seconds"]}
+        for way, named in ways.items()
+    }
     if case["kind"] in ("cannot_show", "richer", "unlisted"):
         score["right"] = _right_beyond(case["kind"], score)
     score["parameters"] = _parameters(run["effects"], rows, score["supported"])
@@ -137,6 +143,19 @@ def _names(
         "members": members,
         "right": len(found) == len(effects) and not invented,
     }
+
+
+def _today(named: Sequence[str], effects: Sequence[dict[str, Any]], members: Score) -> Score:
+    """What a way of today found and invented: a member of a group that `_names` let stand counts as the effect too."""
+    left, found = set(named), []
+    for effect in effects:
+        stand = (key.partition(" as ") for key, ratio in members.items() if ratio is not None and ratio <= TOLERANCE)
+        equal = {name for true, _, name in stand if true == effect["name"]}
+        hit = {n for n in left if n == _label(effect).replace(":", " ") or n.split(" ")[0] in equal}
+        if hit:
+            found.append(effect["name"])
+        left -= hit
+    return {"found": found, "invented": sorted(left)}
 
 
 def _label(effect: dict[str, Any]) -> str:

@@ -10,6 +10,7 @@ import pandas as pd
 
 from infotraj.evaluation.proportions import Proportion, proportion
 from infotraj.experiment import hidden_tables as tables
+from infotraj.experiment import hidden_ways
 from infotraj.experiment.config import HiddenEffects
 from infotraj.experiment.hidden_cases import Batch, batches
 from infotraj.experiment.hidden_config import read_study
@@ -19,7 +20,7 @@ KINDS = ("single", "nothing", "pair", "triple", "cannot_show", "richer", "unlist
 
 
 def summarise(settings: HiddenEffects, scores: Sequence[Path], markdown: Path, folder: Path, figures: Path) -> None:
-    """Writes the Markdown, the tables runs, cases, confusion, parameters, coverage, curves (CSV), and the figures."""
+    """Writes the Markdown, the tables runs, cases, confusion, parameters, coverage, curves, ways (CSV), the figures."""
     from infotraj.plots.hidden_effects import figure_confusion, figure_curves, figure_error_fall
 
     planned = batches(read_study(settings.study), settings.only, settings.seeds)
@@ -31,12 +32,16 @@ def summarise(settings: HiddenEffects, scores: Sequence[Path], markdown: Path, f
         "parameters": parameters,
         "coverage": tables.coverage_table(parameters),
         "curves": tables.curves_table(runs),
+        "ways": hidden_ways.ways_table(scores),
     }
     for name, table in made.items():
         write_table(table, folder / f"{name}.csv")
     for path in (markdown.parent, figures):
         path.mkdir(parents=True, exist_ok=True)
-    markdown.write_text(report(runs, parameters, planned))
+    text = report(runs, parameters, planned)
+    if len(made["ways"]):
+        text += f"\nWhat users do today, on the same flights:\n\n{hidden_ways.said(made['ways'])}"
+    markdown.write_text(text)
     for name, table, draw in (
         ("confusion", made["confusion"], figure_confusion),
         ("error_fall", runs, figure_error_fall),

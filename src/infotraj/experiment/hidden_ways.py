@@ -1,0 +1,65 @@
+"""The diagnosis beside the ways of today (`baselines`) on the same flights: found, false alarms, time."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from infotraj.evaluation.proportions import Proportion, proportion
+
+OURS = "infotraj diagnose"
+LISTED = ("single", "pair", "triple")
+COLUMNS = ("way", "case", "kind", "clutter", "hidden", "found", "invented", "seconds")
+
+
+def ways_table(paths: Sequence[Path]) -> pd.DataFrame:
+    """A row a run and way: how many effects are hidden, found and invented, and seconds of CPU.
+
+    Only runs that every way answered and that say who is right: singles, pairs, triples, nothing and the unlisted.
+    """
+    rows = [row for path in paths for score in json.loads(Path(path).read_text()) for row in _rows(score)]
+    return pd.DataFrame(rows, columns=list(COLUMNS))
+
+
+def _rows(score: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    if score["kind"] not in (*LISTED, "nothing", "unlisted") or not score.get("today"):
+        return
+    ours = {"found": score["found"], "invented": score["invented"], "seconds": score["cpu"]}
+    for way, said in {OURS: ours, **score["today"]}.items():
+        yield {
+            "way": way, "case": score["case"], "kind": score["kind"], "clutter": score["clutter"],
+            "hidden": len(score["hidden"]) if score["kind"] in LISTED else 0, "found": len(said["found"]),
+            "invented": len(said["invented"]), "seconds": said["seconds"],
+        }  # fmt: skip
+
+
+def said(ways: pd.DataFrame) -> str:
+    """One Markdown table, a row a way: shares of runs with exact 95 % intervals, median time."""
+    from infotraj.plots.typeset import markdown  # late: matplotlib
+
+    header = [
+        "way", "every effect found", "found, nothing invented", "nothing hidden: false alarms",
+        "unlisted physics: a name", "names invented a run", "CPU time",
+    ]  # fmt: skip
+    cells = []
+    for way, runs in ways.groupby("way", sort=False):
+        listed, nothing, unlisted = (runs[runs["kind"].isin(k)] for k in (LISTED, ("nothing",), ("unlisted",)))
+        found, wrong = listed["found"] == listed["hidden"], listed["invented"] > 0
+        cells.append(
+            [
+                str(way), _share(found), _share(found & ~wrong), _share(nothing["invented"] > 0),
+                _share(unlisted["invented"] > 0), f"{runs['invented'].mean():.2f}", f"{runs['seconds'].median():.1f} s",
+            ]
+        )  # fmt: skip
+    return markdown(header, cells)
+
+
+def _share(good: pd.Series) -> str:
+    p: Proportion = proportion(int(good.sum()), len(good))
+    return (
+        f"{p.count} of {p.total}: {100 * p.share:.0f} % ({100 * p.low:.0f} to {100 * p.high:.0f})" if p.total else "-"
+    )
