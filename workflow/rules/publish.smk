@@ -9,6 +9,7 @@ rule publish:
         pool=POOL[0] if HAS_POOL else [],
         story="results/figures/story.png",
         points="results/figures/points_needed.png",
+        loop="results/closed_loop/summary.md",
     output:
         folder=directory("docs/results"),
     log:
@@ -19,7 +20,9 @@ rule publish:
     resources:
         mem_mb=100,
     shell:
-        "mkdir -p {output.folder} && cp {input} {output.folder}/ 2> {log}"
+        "(mkdir -p {output.folder} && cp {input.loop} {output.folder}/closed_loop.md"
+        " && cp {input.claims} {input.table_1} {input.figures} {input.pool} {input.story} {input.points} {output.folder}/)"
+        " 2> {log}"
 
 
 rule publish_hidden_effects:
@@ -38,4 +41,4 @@ rule publish_hidden_effects:
         mem_mb=100,
     shell:
         "(mkdir -p {output.folder} && cp {input.markdown} {input.figures}/*.png {output.folder}/"
-        " && cd {input.tables} && cp cases.csv confusion.csv coverage.csv curves.csv $OLDPWD/{output.folder}/) 2> {log}"
+        " && cd {input.tables} && cp cases.csv confusion.csv coverage.csv curves.csv ways.csv $OLDPWD/{output.folder}/) 2> {log}"
