@@ -16,8 +16,11 @@ from infotraj.experiment import hidden_scoring, hidden_tables
 from infotraj.experiment.config import HiddenEffects, read
 from infotraj.experiment.hidden_cases import Batch, Case, batches, hidden_values
 from infotraj.experiment.hidden_config import load_study, read_study
+from infotraj.experiment.hidden_diagnosing import diagnose_batch
 from infotraj.experiment.hidden_flying import fly_batch, logged
+from infotraj.experiment.hidden_scoring import score_batch
 from infotraj.experiment.hidden_summary import report, summarise
+from infotraj.experiment.hidden_ways import ways_table
 from infotraj.flight import Flight, read_flight
 from infotraj.plots.hidden_effects import figure_curves
 from infotraj.vehicle import load_vehicle
@@ -63,6 +66,14 @@ def test_sizes_multiply_the_change_and_seeds_vary_it():
     signs = np.sign([drawn("com_offset", 1.0, k)["r"] for k in range(20)])
     assert (np.abs(signs.sum(axis=0)) < 20).all()
     assert len({drawn("rotor_effectiveness", 1.0, k)["rotor"] for k in range(20)}) > 4
+
+
+def test_a_study_file_may_extend_another():
+    short = read_study("config/studies/hidden_effects_short.yaml")
+    assert short.vehicles == STUDY.vehicles
+    assert short.curves == STUDY.curves
+    assert short.base_seed != STUDY.base_seed
+    assert (short.runs.single, short.runs.nothing) == (1, 75)
 
 
 def test_patterns_and_a_limit_choose_runs():
@@ -122,6 +133,50 @@ def test_seeds_fly_other_paths_with_other_values(flown):
     assert values[0] != values[1]
 
 
+def test_a_voltage_in_the_log_does_not_tell_that_a_battery_is_hidden(tmp_path):
+    train = STUDY.vehicles["quadrotor"].flights.model_copy(
+        update={"train": ("low",), "held_out": (), "seconds": 3.0, "low": 0.15, "tilt": 0}
+    )
+    vehicle = STUDY.vehicles["quadrotor"].model_copy(update={"flights": train})
+    study = STUDY.model_copy(update={"vehicles": {"quadrotor": vehicle}})
+    case = next(b.case for b in batches(STUDY, ("quadrotor/nothing/nothing.voltage",)))
+    fly_batch(study, Batch(case, (0,)), flights=tmp_path / "flights", truth=tmp_path / "truth")
+    flight = read_flight(tmp_path / "flights/run_0/flight_0.parquet")
+    assert np.ptp(flight.get("battery")) > 0.1
+    assert yaml.safe_load((tmp_path / "flights/run_0/vehicle.yaml").read_text())["nominal_voltage"] == 14.8
+    assert yaml.safe_load((tmp_path / "truth/run_0/run.yaml").read_text())["effects"] == []
+
+
+def test_a_run_that_could_not_be_flown_does_not_stop_the_batch(tmp_path):
+    (tmp_path / "flights/run_0").mkdir(parents=True)
+    diagnose_batch(flights=tmp_path / "flights", answers=tmp_path / "answers")
+    kept = tmp_path / "truth/run_0"
+    kept.mkdir(parents=True)
+    about = {
+        "case": {"vehicle": "quadrotor", "kind": "single", "size": "usual", "clutter": False, "curve": ""},
+        "name": "quadrotor/single/x", "seed": 0, "effects": [], "other": [], "nearest": [], "failed": "left the room",
+    }  # fmt: skip
+    (kept / "run.yaml").write_text(yaml.safe_dump(about))
+    parts = {n: tmp_path / n for n in ("flights", "answers", "named", "truth")}
+    score_batch(**parts, scores=tmp_path / "scores.json")
+    (only,) = json.loads((tmp_path / "scores.json").read_text())
+    assert (only["answered"], only["failed"]) == (False, "left the room")
+
+
+def test_a_refused_run_counts_as_nothing_found_and_the_ways_are_scored(tmp_path, flown):
+    answers, named = tmp_path / "answers", tmp_path / "named"
+    named.mkdir()
+    for k in (0, 1):
+        (answers / f"run_{k}").mkdir(parents=True)
+        spent = {"wall": 1.0, "cpu": 1.0, "status": 3, "error": "refused"}
+        (answers / f"run_{k}" / "time.json").write_text(json.dumps(spent))
+        (named / f"run_{k}.json").write_text(json.dumps({"LASSO": {"effects": ["linear_drag"], "seconds": 2.0}}))
+    score_batch(flights=flown / "flights", answers=answers, named=named, truth=flown / "truth", scores=tmp_path / "s")
+    ways = ways_table([tmp_path / "s"]).groupby("way")[["hidden", "found"]].sum()
+    assert ways.loc["infotraj diagnose"].tolist() == [2, 0]
+    assert ways.loc["LASSO"].tolist() == [2, 2]
+
+
 def test_poorer_logs_hold_less():
     n = 40
     table = pd.DataFrame({c: np.arange(n, dtype=float) for c in ("px", "wx", "ax", "cmd_tilt_0", "est_px")})
@@ -170,6 +225,15 @@ def test_right_is_all_named_in_groups_that_do_as_well_and_nothing_else(
     monkeypatch.setattr(hidden_scoring, "_fitted", lambda base, names, training: names)
     score = hidden_scoring._names(EFFECTS, groups, ROWS, None, [], Held(), 1.0)
     assert (len(score["found"]), len(score["invented"]), score["right"]) == (found, invented, right)
+
+
+def test_a_second_rotor_beside_the_right_one_is_invented():
+    weak = {"parameters": {"rotor": 3, "factor": 0.8}, "instances": [{"rotor": 3}, {"rotor": 7}]}
+    rows = {**ROWS, "rotor_effectiveness": weak}
+    score = hidden_scoring._names(EFFECTS[1:], [["rotor_effectiveness"]], rows, None, [], None, 1.0)
+    assert score["found"] == ["rotor_effectiveness"]
+    assert len(score["invented"]) == 1
+    assert not score["right"]
 
 
 def test_the_wrong_rotor_is_not_right():
@@ -242,6 +306,7 @@ def test_the_summary_counts_what_was_and_what_was_not_run(tmp_path):
     assert cells["(nothing)", "mass_offset"] == cells["(nothing)", "(nothing)"] == 0.5
     assert (tmp_path / "figures/confusion.png").stat().st_size > 5000
     assert (tmp_path / "figures/error_fall.png").stat().st_size > 5000
+    assert (tmp_path / "figures/numbers.png").stat().st_size > 5000
 
 
 def test_a_summary_of_nothing_says_that_nothing_was_run():

@@ -106,6 +106,7 @@ def test_the_quick_graph_has_every_stage(project):
     assert jobs["learn"] == 2 * 2
     assert jobs["validate"] == jobs["record"] == jobs["correlate"] == jobs["choose_informative"] == 2
     assert {"figure_2", "figure_3", "figure_4", "figure_5", "table_1", "claims", "figure_costs"} <= set(jobs)
+    assert {"hidden_summary", "hidden_today_1", "story", "points_needed"} <= set(jobs)
     assert "judge_pool" not in jobs, "there are no real flights here"
 
 

@@ -56,11 +56,33 @@ for wave in HIDDEN_WAVES:
 
     rule:
         name:
+            f"hidden_today_{wave}"
+        input:
+            flights=f"{hidden_of(wave)}/flights",
+        output:
+            named=temp(directory(f"{hidden_of(wave)}/named")),
+        log:
+            f"{hidden_of(wave)}/logs/today.log",
+        benchmark:
+            f"{hidden_of(wave)}/benchmarks/today.tsv"
+        priority: 61 - 10 * wave
+        threads: 1
+        resources:
+            mem_mb=800,
+        params:
+            code=code("hidden_today"),
+            ways=list(methods()),
+        script:
+            "../scripts/hidden_today.py"
+
+    rule:
+        name:
             f"hidden_score_{wave}"
         input:
             flights=f"{hidden_of(wave)}/flights",
             truth=f"{hidden_of(wave)}/truth",
             answers=f"{hidden_of(wave)}/answers",
+            named=f"{hidden_of(wave)}/named",
         output:
             scores=f"{hidden_of(wave)}/scores.json",
         log:
@@ -113,7 +135,8 @@ rule hidden_effects_so_far:
     log:
         "results/logs/hidden_effects/so_far.log",
     params:
-        folder=HIDDEN_FOLDER,
+        folder=f"{HIDDEN_FOLDER}/so_far",
+        scores=hidden_scores,
         settings=settings("hidden_effects"),
     script:
         "../scripts/hidden_so_far.py"

@@ -2,6 +2,7 @@
 
 from dataclasses import asdict
 
+from infotraj.experiment.baselines import methods
 from infotraj.experiment.hidden_cases import batches
 from infotraj.experiment.hidden_config import read_study
 

@@ -1,17 +1,22 @@
 """What the README and docs/ quote, copied from the results: `snakemake --cores 2 publish`, on request only."""
 
+PUBLISHED = [
+    "results/claims.md",
+    "results/table_1.md",
+    *[figure.replace(".pdf", ".png") for figure in FIGURES],
+    *(POOL[:1] if HAS_POOL else []),
+    "results/figures/story.png",
+    "results/figures/points_needed.png",
+]
+
 
 rule publish:
     input:
-        claims="results/claims.md",
-        table_1="results/table_1.md",
-        figures=[figure.replace(".pdf", ".png") for figure in FIGURES],
-        pool=POOL[0] if HAS_POOL else [],
-        story="results/figures/story.png",
-        points="results/figures/points_needed.png",
+        named=PUBLISHED,
         loop="results/closed_loop/summary.md",
     output:
-        folder=directory("docs/results"),
+        [f"docs/results/{Path(path).name}" for path in PUBLISHED],
+        "docs/results/closed_loop.md",
     log:
         "results/logs/publish.log",
     benchmark:
@@ -20,18 +25,19 @@ rule publish:
     resources:
         mem_mb=100,
     shell:
-        "(mkdir -p {output.folder} && cp {input.loop} {output.folder}/closed_loop.md"
-        " && cp {input.claims} {input.table_1} {input.figures} {input.pool} {input.story} {input.points} {output.folder}/)"
-        " 2> {log}"
+        "(cp {input.named} docs/results/ && cp {input.loop} docs/results/closed_loop.md) 2> {log}"
 
 
+# What `hidden_effects_so_far` made, of a whole study or of a part of one.
 rule publish_hidden_effects:
     input:
-        markdown=rules.hidden_summary.output.markdown,
-        tables=rules.hidden_summary.output.tables,
-        figures=rules.hidden_summary.output.figures,
+        markdown=f"{HIDDEN_FOLDER}/so_far/summary.md",
+        tables=multiext(
+            f"{HIDDEN_FOLDER}/so_far/tables/", "cases.csv", "confusion.csv", "coverage.csv", "curves.csv", "ways.csv"
+        ),
+        figures=f"{HIDDEN_FOLDER}/so_far/figures",
     output:
-        folder=directory("docs/results/hidden_effects"),
+        folder=directory(f"docs/results/hidden_effects_seeds_{HIDDEN_STUDY.base_seed}"),
     log:
         "results/logs/publish_hidden_effects.log",
     benchmark:
@@ -40,5 +46,4 @@ rule publish_hidden_effects:
     resources:
         mem_mb=100,
     shell:
-        "(mkdir -p {output.folder} && cp {input.markdown} {input.figures}/*.png {output.folder}/"
-        " && cd {input.tables} && cp cases.csv confusion.csv coverage.csv curves.csv ways.csv $OLDPWD/{output.folder}/) 2> {log}"
+        "(mkdir -p {output.folder} && cp {input.markdown} {input.tables} {input.figures}/*.png {output.folder}/) 2> {log}"

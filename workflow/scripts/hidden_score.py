@@ -6,5 +6,5 @@ from infotraj.experiment.hidden_scoring import score_batch
 from infotraj.experiment.job import job
 
 with job(snakemake.log[0]):
-    given = {name: Path(snakemake.input[name]) for name in ("flights", "truth", "answers")}
+    given = {name: Path(snakemake.input[name]) for name in ("flights", "truth", "answers", "named")}
     score_batch(**given, scores=Path(snakemake.output.scores))

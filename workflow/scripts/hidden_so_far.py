@@ -6,7 +6,6 @@ from infotraj.experiment.hidden_summary import summarise
 from infotraj.experiment.job import job
 
 with job(snakemake.log[0], snakemake.params.settings) as settings:
-    top = Path(snakemake.params.folder)
-    scores = sorted(top.glob("wave*/*/scores.json"))
-    made = top / "so_far"
+    scores = [path for path in map(Path, snakemake.params.scores) if path.is_file()]
+    made = Path(snakemake.params.folder)
     summarise(settings.hidden_effects, scores, made / "summary.md", made / "tables", made / "figures")

@@ -63,11 +63,8 @@ def regression(vehicle: Vehicle, flights: Sequence[Flight]) -> Regression:
     known, _ = candidates(catalogue(), vehicle, flights)
     observation = observe(Model(vehicle), flights)
     found = sensitivities(observation, (), known)
-    # An effect with several linearisations (delays of several lengths) brings the columns of the first.
-    first = {}
-    for choice in found.choices:
-        first.setdefault(choice.candidate.label, choice)
-    columns = [(label, c) for label, choice in first.items() for c in choice.columns]
+    # An effect with several linearisations (a cable of several lengths) brings the columns of them all.
+    columns = [(choice.candidate.label, c) for choice in found.choices for c in choice.columns]
     order = [0, *(1 + c for _, c in columns)]
     rows, flight = [], []
     for number, (s, parts) in enumerate(zip(observation.samples, found.joint, strict=True)):

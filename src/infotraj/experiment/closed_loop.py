@@ -56,6 +56,7 @@ def name_effects(
     flown = [read_flight(path) for path in flights]
     found = diagnose(model, flown, seed=config.base_seed)
     save_diagnosed(found, right, parent=source, content=content, flights=flown)
+    wrong.mkdir(parents=True, exist_ok=True)
     for names in config.closed_loop.wrong.get(case, ()):
         made = add(model, names.split("+"), flown)
         save_added(made, wrong / f"{_plain(names)}.yaml", parent=source, content=content, flights=flown)

@@ -47,7 +47,8 @@ class Case:
     @property
     def name(self) -> str:
         """Readable and unique: omav/single/linear_drag-usual, omav/pair/a+b~clutter."""
-        what = "+".join([*(n for n, _ in self.effects), *self.other]) or "nothing"
+        nothing = "nothing" if self.voltage is None else "nothing.voltage"
+        what = "+".join([*(n for n, _ in self.effects), *self.other]) or nothing
         size = f"-{self.size}" if self.size else ""
         curve = f"@{self.curve}" if self.curve else ""
         return f"{self.vehicle}/{self.kind}/{what}{size}{curve}" + ("~clutter" if self.clutter else "")
@@ -85,6 +86,8 @@ def _planned(study: HiddenStudy) -> Iterator[tuple[Case, int, int]]:
         both = (("", runs.nothing, 0), ("c", runs.nothing_clutter, 1000))
         for flag, count, first in both:
             yield Case(name, "nothing", clutter=bool(flag)), count, first
+        if vehicle.voltage is not None:
+            yield Case(name, "nothing", voltage=vehicle.voltage), runs.nothing_voltage, 0
         for effect, settings in vehicle.effects.items():
             one = Case(name, "single", voltage=settings.voltage)
             for size, multiple in zip(SIZES, settings.sizes, strict=True):

@@ -73,6 +73,11 @@ class VehicleStudy(_Strict):
     richer: dict[str, Nearest] = {}
     unlisted: dict[str, Values] = {}
 
+    @property
+    def voltage(self) -> float | None:
+        """V, nominal: of the first effect that needs one."""
+        return next((e.voltage for e in self.effects.values() if e.voltage), None)
+
 
 class Curves(_Strict):
     """Where it ends: found rate against one thing at a time, for some effects at usual size."""
@@ -92,6 +97,7 @@ class Runs(_Strict):
     other_size: Count = 10
     nothing: Count = 75
     nothing_clutter: Count = 75
+    nothing_voltage: Count = Field(10, description="the log holds a sagging voltage that the thrust does not follow")
     several: Count = Field(5, description="pairs and triples")
     several_clutter: Count = 5
     cannot_show: Count = 5
@@ -121,7 +127,8 @@ def load_study(content: Mapping[str, object], source: str) -> HiddenStudy:
 
 
 def read_study(path: str | Path) -> HiddenStudy:
-    """Reads a study file (YAML). UsageError, one line, where it cannot be used."""
+    """Reads a study file (YAML); `extends` names a file beside it, whose keys it replaces. UsageError, one line, where
+    it cannot be used."""
     try:
         content = yaml.safe_load(Path(path).read_text())
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
@@ -130,4 +137,7 @@ def read_study(path: str | Path) -> HiddenStudy:
         raise UsageError(
             problem(f"{path}: no mapping", "the keys of config/studies/hidden_effects.yaml", "Correct it.")
         )
+    if "extends" in content:
+        whole = read_study(Path(path).parent / str(content.pop("extends")))
+        content = {**whole.model_dump(), **content}
     return load_study(content, str(path))

@@ -1,22 +1,15 @@
-"""Names what is hidden in runs of the study, given the flight tables and the vehicle alone.
-
-With the public command, and in the ways of today (`baselines`).
-"""
+"""Diagnoses runs of the hidden-effect study with the public command, given the flight tables and the vehicle alone."""
 
 from __future__ import annotations
 
 import json
 import resource
 import signal
-import sys
 import time
 from pathlib import Path
 
 from infotraj.diagnosis.command import diagnose_command
 from infotraj.errors import InfotrajError
-from infotraj.experiment.baselines import INSTALL, METHODS, methods, named_by_each
-from infotraj.flight import read_flight
-from infotraj.vehicle import load_vehicle
 
 LIMIT = 120.0  # s of CPU for one diagnosis: ten times what it is meant to take
 
@@ -33,11 +26,14 @@ def diagnose_batch(*, flights: Path, answers: Path) -> None:
     """Runs `infotraj diagnose vehicle.yaml flight_*.parquet --json` in every folder flights/run_K.
 
     Writes answers/run_K/answer.json, model.yaml (where an effect was supported) and time.json: seconds and status.
+    Nothing for a run that could not be flown.
     """
     for run in sorted(flights.glob("run_*")):
         folder = answers / run.name
         folder.mkdir(parents=True, exist_ok=True)
         tables = sorted(str(path) for path in run.glob("flight_*.parquet"))
+        if not tables:
+            continue
         arguments = [str(run / "vehicle.yaml"), *tables, "-q"]
         arguments += ["--json", str(folder / "answer.json"), "--save-model", str(folder / "model.yaml")]
         status, said = 0, ""
@@ -54,25 +50,6 @@ def diagnose_batch(*, flights: Path, answers: Path) -> None:
             signal.setitimer(signal.ITIMER_PROF, 0.0)
         spent = {"wall": time.perf_counter() - start, "cpu": _cpu() - used, "status": status, "error": said}
         (folder / "time.json").write_text(json.dumps(spent))
-
-
-def name_batch(*, flights: Path, answers: Path) -> None:
-    """Writes answers/run_K/today.json: for each way of today the effects that it names and its seconds of CPU.
-
-    Empty where the flights cannot be used; without PySINDy its way is left out, with a line.
-    """
-    if len(methods()) < len(METHODS):
-        print(INSTALL, file=sys.stderr)
-    for run in sorted(flights.glob("run_*")):
-        try:
-            tables = [read_flight(path) for path in sorted(run.glob("flight_*.parquet"))]
-            found = named_by_each(load_vehicle(run / "vehicle.yaml"), tables)
-        except InfotrajError:
-            found = {}
-        said = {way: {"effects": sorted(n.effects), "seconds": n.seconds} for way, n in found.items()}
-        folder = answers / run.name
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / "today.json").write_text(json.dumps(said))
 
 
 def _cpu() -> float:

@@ -48,7 +48,9 @@ def _fly_run(study: HiddenStudy, case: Case, seed: int, shown: Path, kept: Path)
     def rng(*purpose: str | int) -> np.random.Generator:
         return generator(study.base_seed, "hidden flights", case.vehicle, case.name, seed, *purpose)
 
-    truth = hide(vehicle, [*effects, *other])
+    # A pack that sags in the log alone, as behind speed controllers that make up for it.
+    silent = [("battery_sag", {"exponent": 0.0})] if case.kind == "nothing" and case.voltage else []
+    truth = hide(vehicle, [*effects, *other, *silent])
     if case.clutter:
         truth = clutter(truth, vehicle, study.clutter.model_dump(), rng("clutter"))
     ideal = hide(vehicle, [], name="floor")

@@ -21,6 +21,7 @@ from infotraj.diagnosis.adding import add
 from infotraj.effects import effect_class
 from infotraj.errors import InfotrajError
 from infotraj.experiment.hidden_error import HeldOut
+from infotraj.experiment.hidden_ways import score_ways
 from infotraj.flight import Flight, read_flight
 from infotraj.models import Model
 from infotraj.models.file import load_model
@@ -31,17 +32,21 @@ TOLERANCE = 1.05
 Score = dict[str, Any]
 
 
-def score_batch(*, flights: Path, answers: Path, truth: Path, scores: Path) -> None:
+def score_batch(*, flights: Path, answers: Path, named: Path, truth: Path, scores: Path) -> None:
     """Writes a JSON list with one score a run."""
-    found = [score_run(flights / run.name, answers / run.name, run) for run in sorted(truth.glob("run_*"))]
+    found = [
+        score_run(flights / run.name, answers / run.name, named / f"{run.name}.json", run)
+        for run in sorted(truth.glob("run_*"))
+    ]
     part = scores.with_name(f".{scores.name}.part")
     scores.parent.mkdir(parents=True, exist_ok=True)
     part.write_text(json.dumps(found, indent=1) + "\n")
     part.replace(scores)
 
 
-def score_run(shown: Path, answer: Path, kept: Path) -> Score:
-    """The score of one run: what was hidden, what was said, what is right, errors, parameters and times."""
+def score_run(shown: Path, answer: Path, today: Path, kept: Path) -> Score:
+    """The score of one run: what was hidden, what was said (`answer`, and `today`'s ways), what is right, errors,
+    parameters and times."""
     start = time.process_time()
     run = yaml.safe_load((kept / "run.yaml").read_text())
     case = run["case"]
@@ -53,8 +58,11 @@ def score_run(shown: Path, answer: Path, kept: Path) -> Score:
         "nearest": run["nearest"], "failed": run["failed"], "status": spent.get("status"),
         "refusal": spent.get("error", ""), "wall": spent.get("wall"), "cpu": spent.get("cpu"),
     }  # fmt: skip
-    if run["failed"] or not (answer / "answer.json").is_file():
+    if run["failed"]:
         return {**score, "answered": False}
+    named = json.loads(today.read_text())
+    if not (answer / "answer.json").is_file():
+        return {**score, "answered": False, "today": score_ways(named, run["effects"], {})}
     said = json.loads((answer / "answer.json").read_text())
     score["answered"] = True
     score["unexplained"] = bool(said["verdict"]["unexplained"])
@@ -81,12 +89,7 @@ def score_run(shown: Path, answer: Path, kept: Path) -> Score:
     score["error_fitted"] = fitted
     score["error_oracle"] = true if fitted is None else min(fitted, true)
     score.update(_names(run["effects"], score["groups"], rows, base, training, held, fitted))
-    today = answer / "today.json"
-    ways = json.loads(today.read_text()) if today.is_file() else {}
-    score["today"] = {
-        way: {**_today(named["effects"], run["effects"], score["members"]), "seconds": named["seconds"]}
-        for way, named in ways.items()
-    }
+    score["today"] = score_ways(named, run["effects"], score["stood"])
     if case["kind"] in ("cannot_show", "richer", "unlisted"):
         score["right"] = _right_beyond(case["kind"], score)
     score["parameters"] = _parameters(run["effects"], rows, score["supported"])
@@ -116,7 +119,7 @@ def _names(
     oracle: float | None,
 ) -> Score:
     """Which hidden effects were found, what was invented, and whether the answer is right."""
-    found: list[str] = []
+    stood: dict[str, list[str]] = {}
     used: set[int] = set()
     members: Score = {}
     for effect in effects:
@@ -134,28 +137,18 @@ def _names(
                 members[f"{effect['name']} as {name}"] = reached / oracle if oracle and np.isfinite(reached) else None
                 good &= bool(oracle) and reached <= TOLERANCE * oracle
             if good:
-                found.append(effect["name"])
+                stood[effect["name"]] = list(group)
             break
     invented = [group[0] for number, group in enumerate(groups) if number not in used]
+    # A second rotor beside the first is a second name.
+    invented += [f"{group[0]}, another" for group in groups for _ in _instances(group[0], rows)[1:]]
     return {
-        "found": found,
+        "found": list(stood),
+        "stood": stood,
         "invented": invented,
         "members": members,
-        "right": len(found) == len(effects) and not invented,
+        "right": len(stood) == len(effects) and not invented,
     }
-
-
-def _today(named: Sequence[str], effects: Sequence[dict[str, Any]], members: Score) -> Score:
-    """What a way of today found and invented: a member of a group that `_names` let stand counts as the effect too."""
-    left, found = set(named), []
-    for effect in effects:
-        stand = (key.partition(" as ") for key, ratio in members.items() if ratio is not None and ratio <= TOLERANCE)
-        equal = {name for true, _, name in stand if true == effect["name"]}
-        hit = {n for n in left if n == _label(effect).replace(":", " ") or n.split(" ")[0] in equal}
-        if hit:
-            found.append(effect["name"])
-        left -= hit
-    return {"found": found, "invented": sorted(left)}
 
 
 def _label(effect: dict[str, Any]) -> str:
@@ -173,9 +166,13 @@ def _same_place(effect: dict[str, Any], rows: dict[str, Any]) -> bool:
     """Whether an effect on one rotor was named on that rotor."""
     if "rotor" not in effect["parameters"]:
         return True
-    row = rows.get(effect["name"], {})
-    said = [i.get("parameters", i) for i in row.get("instances", [])] or [row.get("parameters") or {}]
-    return any(values.get("rotor") == effect["parameters"]["rotor"] for values in said)
+    return any(values.get("rotor") == effect["parameters"]["rotor"] for values in _instances(effect["name"], rows))
+
+
+def _instances(name: str, rows: dict[str, Any]) -> list[dict[str, Any]]:
+    """The numbers of each instance of an effect in the answer."""
+    row = rows.get(name, {})
+    return list(row.get("instances", [])) or [row.get("parameters") or {}]
 
 
 def _fitted(base: Model, names: Sequence[str], training: Sequence[Flight]) -> Model | None:

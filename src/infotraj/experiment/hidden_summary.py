@@ -22,6 +22,7 @@ KINDS = ("single", "nothing", "pair", "triple", "cannot_show", "richer", "unlist
 def summarise(settings: HiddenEffects, scores: Sequence[Path], markdown: Path, folder: Path, figures: Path) -> None:
     """Writes the Markdown, the tables runs, cases, confusion, parameters, coverage, curves, ways (CSV), the figures."""
     from infotraj.plots.hidden_effects import figure_confusion, figure_curves, figure_error_fall
+    from infotraj.plots.hidden_numbers import figure_numbers
 
     planned = batches(read_study(settings.study), settings.only, settings.seeds)
     runs, parameters = tables.runs_table(scores)
@@ -46,6 +47,7 @@ def summarise(settings: HiddenEffects, scores: Sequence[Path], markdown: Path, f
         ("confusion", made["confusion"], figure_confusion),
         ("error_fall", runs, figure_error_fall),
         ("curves", made["curves"], figure_curves),
+        ("numbers", parameters, figure_numbers),
     ):
         if len(table):
             draw(table, figures / f"{name}.pdf", figures / f"{name}.png")
@@ -79,10 +81,7 @@ def report(runs: pd.DataFrame, parameters: pd.DataFrame, planned: Sequence[Batch
         )
     lines += ["", "Cases with wrong answers:", "", "| case | right | answers that were wrong |", "|---|---|---|"]
     cases = tables.cases_table(runs) if len(runs) else pd.DataFrame(columns=["right", "runs"])
-    judged = (
-        cases[(cases["right"] < cases["runs"]) & ~cases["kind"].isin(["richer", "unlisted"])] if len(cases) else cases
-    )
-    for c in judged.itertuples():
+    for c in cases[cases["right"] < cases["runs"]].itertuples():
         lines.append(f"| {c.case} | {c.right} of {c.runs} | {c.wrong_answers.replace('|', ' or ')} |")
     return "\n".join(lines) + "\n"
 
