@@ -1,5 +1,6 @@
 """How exact a vehicle file is, and what ordinary tolerances explain: on sums of one axis, without a flight."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 
 from infotraj.diagnosis.allowance import TOLERANCES, beside_members, ordinary, scale_and_spread
 from infotraj.diagnosis.sums import Sums
-from infotraj.diagnosis.tolerance import least_tolerance
+from infotraj.diagnosis.tolerance import least_tolerance, reached
 
 ROTORS = 6
 ONE = TOLERANCES["rotor_effectiveness"]  # usual sizes: 1 % of a rotor's thrust
@@ -74,3 +75,9 @@ def test_the_least_tolerance_is_the_size_of_what_is_off(size):
     allowed = 1.02 * 4000 * np.ones(1)
     least = least_tolerance(sums, found, list(range(ROTORS)), np.full(ROTORS, ONE), allowed)
     assert 0.3 * size**2 < least < 1.1 * size**2
+
+
+def test_what_a_model_reaches_is_no_mixture_of_two_models_blocks():
+    plain = rotors(np.zeros(ROTORS))[0]
+    swapped = replace(plain, square=plain.square * np.where(np.arange(8) % 2, 1.01, 0.99))
+    assert reached(swapped, plain) == pytest.approx(min(swapped.square.sum(), plain.square.sum()))

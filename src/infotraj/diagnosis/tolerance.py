@@ -21,6 +21,7 @@ from infotraj.diagnosis.fitting import Fit
 from infotraj.diagnosis.search import INEXACT, Search
 from infotraj.diagnosis.sensitivities import Sensitivities
 from infotraj.diagnosis.sums import Sums
+from infotraj.rotations import Array
 
 TOGETHER = 10.0  # sum of squares, in standard deviations, that is ordinary (95 % of chi squared, four to five numbers)
 
@@ -36,7 +37,7 @@ def tolerated(search: Search, whole: Fit) -> frozenset[str]:
         return frozenset()
     # What tolerances explain beside the whole model they must explain in its parts too, and are not charged for.
     beside, own = search.linear(whole.members)
-    best = np.minimum(without_tolerances(beside, own, search.tolerance).square, whole.sums.square).sum(axis=1)
+    best = reached(without_tolerances(beside, own, search.tolerance), whole.sums)
     windows = whole.sums.windows.sum(axis=1)
 
     def least(labels: Set[str]) -> float:
@@ -60,6 +61,14 @@ def tolerated(search: Search, whole: Fit) -> frozenset[str]:
             return frozenset(suspects)
         del suspects[max(suspects, key=suspects.get)]
     return frozenset()
+
+
+def reached(tolerant: Sums, plain: Sums) -> Array:
+    """Squared error (axes,) of a model with or without tolerances taken off, whichever leaves less of an axis.
+
+    Of all blocks together: no model is now the one, now the other.
+    """
+    return np.minimum(tolerant.square.sum(axis=1), plain.square.sum(axis=1))
 
 
 def least_tolerance(
