@@ -12,11 +12,13 @@ from infotraj.comparing.statistics import Statistics
 from infotraj.diagnosis import refusal
 from infotraj.diagnosis.candidates import candidates
 from infotraj.diagnosis.diagnosis import held_members, observe
+from infotraj.diagnosis.driving_noise import driving_variance, weighed
 from infotraj.diagnosis.fitting import Fit, beyond_bounds, fit
 from infotraj.diagnosis.noise import estimated, started
 from infotraj.diagnosis.numbers import fitted_numbers
 from infotraj.diagnosis.observation import Member, Observation
 from infotraj.diagnosis.sensitivities import sensitivities
+from infotraj.diagnosis.sharpening import sharp_fit
 from infotraj.diagnosis.sparse_commands import between_rows, fits_better, likeliest_steps, sparse
 from infotraj.effects import catalogue, effect_class
 from infotraj.errors import InfotrajError, InputError, UsageError, problem
@@ -113,12 +115,12 @@ def add(
         other = between_rows(flights, vehicle, steps)
         between = _best(observe(model, other, start, stop), held, chosen)
         if fits_better(between, (observation, made)):
-            flights, made = other, between[1]
+            flights, (observation, made) = other, between
     new = Model(vehicle, [m.effect for m in made.members])
     return Added(
         new,
         tuple(names),
-        tuple(fitted_numbers(made, vehicle)),
+        tuple(fitted_numbers(made, vehicle, more=driving_variance(observation, made))),
         refusal.errors(model, flights, start, stop),
         refusal.errors(new, flights, start, stop),
         beyond_bounds(made, vehicle),
@@ -141,11 +143,12 @@ def _best(observation: Observation, held: Sequence[Member], chosen) -> tuple[Obs
                 members = list(made.members[len(held) :])
     if best is None:
         raise InfotrajError(problem("the model with these effects cannot be evaluated", "a physical one", "Drop one."))
+    best = sharp_fit(observation, best)
     for _ in range(_AGAIN):
         # The noise of a linearised model is not that of the fitted one: an offset 200 times the noise bends by 1 %.
         left = sensitivities(observation, best.members, [])
-        observation = estimated(observation, left.joint, rounds=1)
-        best = fit(observation, best.members) or best
+        observation = estimated(weighed(observation, best.members), left.joint, rounds=1)
+        best = sharp_fit(observation, fit(observation, best.members) or best)
     return observation, best
 
 

@@ -65,12 +65,16 @@ class Channel:
 
 @dataclass(frozen=True)
 class FlightSamples:
-    """A flight prepared for a vehicle, the channels that can be compared, and the rows left out, by reason."""
+    """A flight prepared for a vehicle, the channels that can be compared, and the rows left out, by reason.
+
+    weights: of the samples, one (m, 3) a channel, by how certain predictions are (`driving_noise`); None: all alike.
+    """
 
     prepared: Prepared
     channels: tuple[Channel, ...]
     left_out: dict[str, int]
     reasons: dict[str, str]
+    weights: tuple[Array, ...] | None = None
 
     @property
     def flight(self) -> Flight:

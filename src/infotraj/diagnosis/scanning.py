@@ -1,29 +1,27 @@
 """Finds where to linearise an effect whose column changes its shape with a number: the length of a swinging load.
 
 An undamped swing drifts out of step with one of another length within seconds, so a few starts are not enough. The
-number is scanned over a fine grid on one flight: what the column explains of the whitened residual once every other
-column has explained what it can (the profile of the squared error; Golub and Pereyra 1973, variable projection).
+number is looked for on one flight over a horizon that extends (`horizons`), by what the column explains of the whitened
+residual once every other column has explained what it can (the profile of the squared error; Golub and Pereyra 1973,
+variable projection).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from functools import cache
 
 import numpy as np
 
 from infotraj.diagnosis.candidates import Candidate, Variant, places, read, variants, written
+from infotraj.diagnosis.horizons import best_on_grid, grid
 from infotraj.diagnosis.noise import PRIOR
 from infotraj.diagnosis.observation import Member, Observation
 from infotraj.diagnosis.residual import FlightSamples, flight_samples
-from infotraj.diagnosis.sensitivities import sensitivities
 from infotraj.diagnosis.whitened import whiten
 from infotraj.errors import InputError
 from infotraj.rotations import Array
 
-_STEPS = 56
-_BEYOND = 1.6  # the grid reaches this far beyond the effect's own starts
-_NEARBY = 1.15  # times the number that is sharpened, and its inverse: the ends of the fine grid
-_FINE_STEPS = 41
 _ROWS = 4000  # of the flight: enough to tell swings apart
 
 
@@ -50,9 +48,7 @@ def scanned(
     vehicle = observation.vehicle
     at = places(candidate, vehicle)
     own = variants(candidate, vehicle)
-    values = np.array([v.start[shape] for v in own])
-    low = max(values.min() / _BEYOND, at[shape].low)
-    high = min(values.max() * _BEYOND, at[shape].high)
+    values = grid(at[shape].low, at[shape].high)
     s, short = _part(observation, members)
     cut = short(joint)
     moved = [np.any(x[:, :, [1 + c for c in skip]] != 0.0, axis=(0, 2)) for x in cut]
@@ -63,70 +59,48 @@ def scanned(
         white = whiten(s, observation.noise, columns)
         return np.concatenate([w[:, axes].reshape(-1, w.shape[2]) for w, axes in zip(white, moved, strict=True)])
 
-    profile = _Profile(stacked([x[:, :, kept] for x in cut]))
+    every = stacked([x[:, :, kept] for x in cut])
+    time = np.concatenate([np.repeat(s.times(c), axes.sum()) for c, axes in zip(s.channels, moved, strict=True)])
     base = observation.model(members)
     before = s.residual(base)
-    best: tuple[float, Array] | None = None
-    for value in np.geomspace(low, high, _STEPS):
+
+    def start_at(place: int) -> Array:
         start = own[0].start.copy()
         for i, _, size in own[0].points:
             start[i] += size
-        start[shape] = value
+        start[shape] = values[place]
+        return start
+
+    @cache
+    def column(place: int) -> Array | None:
         try:
-            after = s.residual(base.with_effects(written(candidate, at, start)))
+            after = s.residual(base.with_effects(written(candidate, at, start_at(place))))
         except InputError:
-            continue
-        raw = [(b - a)[:, :, None] for a, b in zip(after, before, strict=True)]
-        gain, _ = profile.gain(stacked(raw)[:, 0])
-        if best is None or gain > best[0]:
-            best = (gain, start)
-    if best is None:
-        return None
-    return _variant(candidate, observation, best[1], own[0])
+            return None
+        return stacked([(b - a)[:, :, None] for a, b in zip(after, before, strict=True)])[:, 0]
+
+    def gains(places: Iterable[int], horizon: float) -> tuple[dict[int, float], float]:
+        rows = time <= time.min() + horizon
+        profile = Profile(every[rows])
+        columns = {p: column(p) for p in places}
+        found = {p: 0.0 if c is None else profile.gain(c[rows])[0] for p, c in columns.items()}
+        return found, (profile.left - max(found.values())) / rows.sum()
+
+    return _variant(candidate, observation, start_at(best_on_grid(len(values), gains)), own[0])
 
 
-def sharpened(observation: Observation, members: Sequence[Member], member: Member) -> Member | None:
-    """`member` of a fitted model with the best number of its shape near the present one, None for one without a shape.
+class Profile:
+    """The squared error as a function of one column, all other columns free; every: the residual, then the others.
 
-    The scan's grid is coarser than the valley of a swing that has run for long, and one flight may not show it. Here
-    all flights are asked on a fine grid, with all other numbers of the model free to follow.
+    left: the squared error without that column.
     """
-    shape = shape_of(member.candidate, observation)
-    if shape is None:
-        return None
-    at = places(member.candidate, observation.vehicle)
-    now = read(member.effect, at)
-    scale = [i for i in range(len(at)) if i != shape]
-    rest = [m for m in members if m.candidate.label != member.candidate.label]
-    joint = sensitivities(observation, rest, []).joint
-    profile = _Profile(_stacked(observation, joint))
-    best, found = 0.0, None
-    for value in now[shape] * np.geomspace(1 / _NEARBY, _NEARBY, _FINE_STEPS):
-        x = now.copy()
-        x[shape] = np.clip(value, at[shape].low, at[shape].high)
-        after = observation.raw(observation.model([*rest, Member(member.candidate, written(member.candidate, at, x))]))
-        if after is None:
-            continue
-        raw = [
-            [(b[:, :, 0] - a)[:, :, None] for a, b in zip(flight, before, strict=True)]
-            for flight, before in zip(after, joint, strict=True)
-        ]
-        gain, times = profile.gain(_stacked(observation, raw)[:, 0])
-        if gain > best:
-            # The column is linear in the other numbers: as many times theirs as explains most.
-            x[scale] = np.clip(x[scale] * times, [at[i].low for i in scale], [at[i].high for i in scale])
-            best, found = gain, x
-    return None if found is None else Member(member.candidate, written(member.candidate, at, found))
-
-
-class _Profile:
-    """The squared error as a function of one column, all other columns free; every: the residual, then the others."""
 
     def __init__(self, every: Array) -> None:
         self._residual, self._others = every[:, 0], every[:, 1:]
         gram = self._others.T @ self._others
         self._inverse = np.linalg.inv(gram + np.eye(len(gram)) / PRIOR**2)
         self._along = self._others.T @ self._residual
+        self.left = float(self._residual @ self._residual - self._along @ self._inverse @ self._along)
 
     def gain(self, column: Array) -> tuple[float, float]:
         """What the column takes off the squared error, and how many times it does; 0, 0 where only less than none."""
@@ -137,15 +111,6 @@ class _Profile:
         if shared <= 0 or size <= 1e-9 * float(column @ column):
             return 0.0, 0.0
         return shared**2 / size, shared / size
-
-
-def _stacked(observation: Observation, joint: Sequence[Sequence[Array]]) -> Array:
-    """Whitened columns (m, 3, c) of all channels and flights, one below the other."""
-    parts = []
-    for s, columns in zip(observation.samples, joint, strict=True):
-        for w in whiten(s, observation.noise, columns):
-            parts += [w[:, i] for i in range(3)]
-    return np.concatenate(parts)
 
 
 def _part(observation: Observation, members: Sequence[Member]) -> tuple[FlightSamples, Callable]:

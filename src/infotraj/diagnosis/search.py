@@ -9,13 +9,15 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from infotraj.diagnosis.allowance import scale_and_spread, stamp_variance
-from infotraj.diagnosis.candidates import Candidate, Variant, read
+from infotraj.diagnosis.candidates import Candidate, read
+from infotraj.diagnosis.driving_noise import driving_variance, weighed
 from infotraj.diagnosis.fitting import Fit, fit
 from infotraj.diagnosis.noise import estimated, started
 from infotraj.diagnosis.observation import Member, Observation
 from infotraj.diagnosis.plain import Plain, binned, mean_products, plain
-from infotraj.diagnosis.scanning import scanned, shape_of, sharpened
+from infotraj.diagnosis.scanning import scanned, shape_of
 from infotraj.diagnosis.sensitivities import Sensitivities, extended, sensitivities
+from infotraj.diagnosis.sharpening import sharp_fit
 from infotraj.diagnosis.silent import silent_axes
 from infotraj.diagnosis.subsets import Scored
 from infotraj.diagnosis.sums import Sums, extended_sums, held_out, products
@@ -60,23 +62,20 @@ class Search:
         return self.fits[key]
 
     def sharp(self, members: Sequence[Member]) -> Fit | None:
-        """The fit of a set in which shapes (the length of a swinging load) are the best nearby, not of one valley."""
+        """The fit of a set in which shapes (the length of a swinging load) are the best there are."""
         made = self.fitted(members)
-        for m in () if made is None else made.members:
-            better = None if m.held else sharpened(self.observation, made.members, m)
-            if better is None:
-                continue
-            moved = [better if x.candidate.label == m.candidate.label else x for x in made.members]
-            again = fit(self.observation, moved)
-            made = again if again is not None and again.cost < made.cost else made
         if made is not None:
+            made = sharp_fit(self.observation, made)
             self.fits[frozenset(m.candidate.label for m in made.members)] = made
         return made
 
     def renoised(self, members: Sequence[Member]) -> None:
-        """Estimates the noise again around the model with `members`; fits made before no longer count."""
+        """Weighs the samples and estimates the noise again around the model with `members`.
+
+        Fits made before no longer count.
+        """
         joint = self.joint(members)[0]
-        self.observation = estimated(self.observation, joint, rounds=1)
+        self.observation = estimated(weighed(self.observation, members), joint, rounds=1)
         self.fits = {}
 
     def rebased(self, members: Sequence[Member]) -> None:
@@ -158,20 +157,13 @@ def start_search(
     observation = started(observation.without_axes(silent.keys()), base.joint)
     before = len(base.choices)
     for candidate in known:
-        for _ in range(2 if shape_of(candidate, observation) is not None else 0):
-            own = [i for c in base.choices if c.candidate.label == candidate.label for i in c.columns]
-            variant = scanned(observation, held, candidate, base.joint, own)
-            if variant is None or _tried(variant, base):
-                break
+        own = [i for c in base.choices if c.candidate.label == candidate.label for i in c.columns]
+        variant = scanned(observation, held, candidate, base.joint, own)
+        if variant is not None:
             base = extended(base, observation, held, variant)
     if len(base.choices) > before:
         observation = estimated(observation, base.joint, rounds=1)
     return Search(observation, tuple(known), base, rng, matters, silent=silent)
-
-
-def _tried(variant: Variant, base: Sensitivities) -> bool:
-    same = [c.variant.start for c in base.choices if c.candidate.label == variant.candidate.label]
-    return any(np.allclose(variant.start, start, rtol=0.01) for start in same)
 
 
 def tolerance_scale(search: Search, whole: Fit) -> float:
@@ -180,10 +172,10 @@ def tolerance_scale(search: Search, whole: Fit) -> float:
 
 
 def spread(search: Search, made: Fit) -> Array:
-    """Variance (p,) that ordinary tolerances and time stamps give to a fit's numbers, in usual sizes."""
+    """Variance (p,) that tolerances, time stamps and noise of the motion give to a fit's numbers, in usual sizes."""
     o = search.observation
     by_tolerances = scale_and_spread(*search.linear(made.members))[1]
-    return by_tolerances + stamp_variance(made.members, o.vehicle, o.command_step)
+    return by_tolerances + stamp_variance(made.members, o.vehicle, o.command_step) + driving_variance(o, made)
 
 
 def departure(whole: Fit, labels: AbstractSet[str], vehicle: Vehicle) -> tuple[Array, list[int]]:

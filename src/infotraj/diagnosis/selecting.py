@@ -14,6 +14,7 @@ import numpy as np
 
 from infotraj.diagnosis.allowance import ordinary
 from infotraj.diagnosis.candidates import places
+from infotraj.diagnosis.driving_noise import swings, weighted
 from infotraj.diagnosis.fitting import Fit, beyond_bounds
 from infotraj.diagnosis.noise import PRIOR
 from infotraj.diagnosis.null import null_gains
@@ -72,7 +73,11 @@ def run(search: Search, held: Sequence[Member]) -> Fit:
             continue
         tried = _taken(search, members, more)
         search.renoised(tried)
+        if swings(search.observation, more):
+            tried = _taken(search, tried, ())
         tried = _within_bounds(search, _questioned(search, tried))
+        if weighted(search.observation) and not swings(search.observation, tried):
+            search.renoised(tried)
         search.trail.append(" ".join(sorted(_labels(tried))) or "nothing")
         if _labels(tried) in seen:
             back = {m.candidate.label for m in more} - _labels(tried)

@@ -28,10 +28,10 @@ def noise_model(samples: Sequence[FlightSamples], residuals: Sequence[list[Array
     """
     gathered: dict[str, list[tuple[Array, NDArray, bool]]] = {}
     for s, flight in zip(samples, residuals, strict=True):
-        for channel, values in zip(s.channels, flight, strict=True):
+        for number, (channel, values) in enumerate(zip(s.channels, flight, strict=True)):
             # A mean taken off differences of noise would wander when the whitening adds them up.
             slow = 0.0 if channel.difference else _moving_mean(values, channel.run, round(SLOW / channel.step))
-            fast = values - slow
+            fast = values - slow if s.weights is None else (values - slow) * s.weights[number]
             gathered.setdefault(channel.key, []).append((fast, channel.run, channel.difference))
     return {
         key: estimate([v for v, _, _ in parts], [r for _, r, _ in parts], parts[0][2])
@@ -49,14 +49,25 @@ def _moving_mean(values: Array, run: NDArray, window: int) -> Array:
 
 
 def whiten(samples: FlightSamples, noise: Noise, values: Sequence[Array]) -> list[Array]:
-    """Whitened columns: `values` one (m, 3, c) a channel, the same shapes out."""
+    """Whitened and weighted columns: `values` one (m, 3, c) a channel, the same shapes out."""
     out = []
-    for channel, x in zip(samples.channels, values, strict=True):
+    for number, (channel, x) in enumerate(zip(samples.channels, values, strict=True)):
         white = np.empty(x.shape)
         for i, whitener in enumerate(noise[channel.key]):
             whitener.into(x[:, i], channel.run, white[:, i])
+        if samples.weights is not None:
+            white *= samples.weights[number][:, :, None]
         out.append(white)
     return out
+
+
+def stacked(samples: Sequence[FlightSamples], noise: Noise, columns: Sequence[Sequence[Array]]) -> Array:
+    """Whitened columns (m, 3, c) of all flights and channels, axis by axis, one below the other: (3 m in all, c)."""
+    parts = []
+    for s, of_flight in zip(samples, columns, strict=True):
+        for w in whiten(s, noise, of_flight):
+            parts += [w[:, i] for i in range(3)]
+    return np.concatenate(parts)
 
 
 @dataclass(frozen=True)
