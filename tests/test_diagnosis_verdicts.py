@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from infotraj.diagnosis.evidence import Evidence
-from infotraj.diagnosis.scanning import _Profile
+from infotraj.diagnosis.profile import Profile
 from infotraj.diagnosis.unexplained import Structure, Unexplained
 from infotraj.diagnosis.verdicts import _dwarfed, _overshadowed, _part_of
 
@@ -50,11 +50,11 @@ def test_the_profile_is_that_of_least_squares():
     rng = np.random.default_rng(0)
     columns = rng.standard_normal((300, 4))
     residual = columns @ [0.5, -1.0, 0.2, 2.0] + 0.1 * rng.standard_normal(300)
-    gain, times = _Profile(np.column_stack([residual, columns[:, :3]])).gain(columns[:, 3])
+    gain, times = Profile(np.column_stack([residual, columns[:, :3]])).gain(columns[:, 3])
 
     def cost(x):
         return np.sum((residual - x @ np.linalg.lstsq(x, residual, rcond=None)[0]) ** 2)
 
     assert gain == pytest.approx(cost(columns[:, :3]) - cost(columns), rel=1e-2)
     assert times == pytest.approx(2.0, abs=0.05)
-    assert _Profile(np.column_stack([residual, columns[:, :3]])).gain(-columns[:, 3]) == (0.0, 0.0)
+    assert Profile(np.column_stack([residual, columns[:, :3]])).gain(-columns[:, 3]) == (0.0, 0.0)

@@ -10,26 +10,33 @@ what is still possible (an extending horizon: Beno, Pachner and Havlena, SYSID 2
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
+from infotraj.diagnosis.candidates import Place
 from infotraj.rotations import Array
 
 _HORIZON = 2.0  # s of every flight, at first
 _GRID = 0.1  # relative step of the first grid
 _HALVINGS = 8
+_BEYOND = 4.0
 _CLOSE = 20.0  # squared error, times what is left a sample, by which a possible number is worse than the best
 _KEPT = (3, 12)  # numbers that stay possible, at least and at most
 
 
-def grid(low: float, high: float) -> Array:
-    """All numbers that `best_on_grid` may ask for, from `low` to `high`, evenly in their logarithm."""
+def grid(place: Place, starts: Sequence[float]) -> Array:
+    """All numbers that `best_on_grid` may ask for, evenly in their logarithm: within the bounds of a fitted number.
+
+    Where a bound is not positive or not finite, `starts` times (or over) _BEYOND.
+    """
+    low = place.low if place.low > 0 else min(starts) / _BEYOND
+    high = place.high if np.isfinite(place.high) else max(starts) * _BEYOND
     return np.geomspace(low, high, math.ceil(math.log(high / low) / _GRID) * 2**_HALVINGS + 1)
 
 
-def best_on_grid(count: int, gains_at: Callable[[Iterable[int], float], tuple[dict[int, float], float]]) -> int:
-    """The place of the best of `count` numbers of a `grid`.
+def best_on_grid(count: int, gains_at: Callable[[Iterable[int], float], tuple[dict[int, float], float]]) -> int | None:
+    """The place of the best of `count` numbers of a `grid`, None where none takes anything off.
 
     gains_at: what the numbers at these places take off the squared error of the flights' first seconds, so many of
     them, and what is left a sample there.
@@ -49,4 +56,5 @@ def best_on_grid(count: int, gains_at: Callable[[Iterable[int], float], tuple[di
         # Where more time explains less, noise of the motion has moved the swing too far for any number to predict it.
         if max(longer.values()) >= max(gains.values()):
             gains, left, horizon = longer, left_longer, 2 * horizon
-    return max(gains, key=lambda p: gains[p])
+    best = max(gains, key=lambda p: gains[p])
+    return best if gains[best] > 0.0 else None

@@ -2,21 +2,19 @@
 
 An undamped swing drifts out of step with one of another length within seconds, so a few starts are not enough. The
 number is looked for on one flight over a horizon that extends (`horizons`), by what the column explains of the whitened
-residual once every other column has explained what it can (the profile of the squared error; Golub and Pereyra 1973,
-variable projection).
+residual once every other column has explained what it can (`profile`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from functools import cache
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from infotraj.diagnosis.candidates import Candidate, Variant, places, read, variants, written
 from infotraj.diagnosis.horizons import best_on_grid, grid
-from infotraj.diagnosis.noise import PRIOR
 from infotraj.diagnosis.observation import Member, Observation
+from infotraj.diagnosis.profile import gains_within
 from infotraj.diagnosis.residual import FlightSamples, flight_samples
 from infotraj.diagnosis.whitened import whiten
 from infotraj.errors import InputError
@@ -48,7 +46,7 @@ def scanned(
     vehicle = observation.vehicle
     at = places(candidate, vehicle)
     own = variants(candidate, vehicle)
-    values = grid(at[shape].low, at[shape].high)
+    values = grid(at[shape], [v.start[shape] for v in own])
     s, short = _part(observation, members)
     cut = short(joint)
     moved = [np.any(x[:, :, [1 + c for c in skip]] != 0.0, axis=(0, 2)) for x in cut]
@@ -59,7 +57,8 @@ def scanned(
         white = whiten(s, observation.noise, columns)
         return np.concatenate([w[:, axes].reshape(-1, w.shape[2]) for w, axes in zip(white, moved, strict=True)])
 
-    every = stacked([x[:, :, kept] for x in cut])
+    if not any(axes.any() for axes in moved):
+        return None
     time = np.concatenate([np.repeat(s.times(c), axes.sum()) for c, axes in zip(s.channels, moved, strict=True)])
     base = observation.model(members)
     before = s.residual(base)
@@ -71,7 +70,6 @@ def scanned(
         start[shape] = values[place]
         return start
 
-    @cache
     def column(place: int) -> Array | None:
         try:
             after = s.residual(base.with_effects(written(candidate, at, start_at(place))))
@@ -79,38 +77,9 @@ def scanned(
             return None
         return stacked([(b - a)[:, :, None] for a, b in zip(after, before, strict=True)])[:, 0]
 
-    def gains(places: Iterable[int], horizon: float) -> tuple[dict[int, float], float]:
-        rows = time <= time.min() + horizon
-        profile = Profile(every[rows])
-        columns = {p: column(p) for p in places}
-        found = {p: 0.0 if c is None else profile.gain(c[rows])[0] for p, c in columns.items()}
-        return found, (profile.left - max(found.values())) / rows.sum()
-
-    return _variant(candidate, observation, start_at(best_on_grid(len(values), gains)), own[0])
-
-
-class Profile:
-    """The squared error as a function of one column, all other columns free; every: the residual, then the others.
-
-    left: the squared error without that column.
-    """
-
-    def __init__(self, every: Array) -> None:
-        self._residual, self._others = every[:, 0], every[:, 1:]
-        gram = self._others.T @ self._others
-        self._inverse = np.linalg.inv(gram + np.eye(len(gram)) / PRIOR**2)
-        self._along = self._others.T @ self._residual
-        self.left = float(self._residual @ self._residual - self._along @ self._inverse @ self._along)
-
-    def gain(self, column: Array) -> tuple[float, float]:
-        """What the column takes off the squared error, and how many times it does; 0, 0 where only less than none."""
-        cross = self._others.T @ column
-        known = self._inverse @ cross
-        size = float(column @ column - known @ cross)
-        shared = float(column @ self._residual - known @ self._along)
-        if shared <= 0 or size <= 1e-9 * float(column @ column):
-            return 0.0, 0.0
-        return shared**2 / size, shared / size
+    every = stacked([x[:, :, kept] for x in cut])
+    best = best_on_grid(len(values), gains_within(every, time - time.min(), column))
+    return None if best is None else _variant(candidate, observation, start_at(best), own[0])
 
 
 def _part(observation: Observation, members: Sequence[Member]) -> tuple[FlightSamples, Callable]:
@@ -120,7 +89,10 @@ def _part(observation: Observation, members: Sequence[Member]) -> tuple[FlightSa
     if len(s.flight.t) > 2 * _ROWS:
         t = s.flight.t
         part = flight_samples(observation.model(members), s.flight.between(t[0], t[_ROWS]))
-        if [c.key for c in part.channels] == [c.key for c in s.channels]:
+        # Where another part is used (--from), the whole flight is scanned.
+        if [c.key for c in part.channels] == [c.key for c in s.channels] and all(
+            np.array_equal(a.last, b.last[: len(a.last)]) for a, b in zip(part.channels, s.channels, strict=True)
+        ):
             s = part
     counts = [len(c.last) for c in s.channels]
     return s, lambda joint: [x[:n] for x, n in zip(joint[number], counts, strict=True)]

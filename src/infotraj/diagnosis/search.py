@@ -50,6 +50,7 @@ class Search:
     at_bound: dict[str, str] = field(default_factory=dict)
     silent: dict[str, str] = field(default_factory=dict)
     made: int = 0  # fits, so far
+    spreads: dict[int, tuple[Fit, Array]] = field(default_factory=dict)  # by the fit's identity
     _white: tuple[Noise, list[list[Array]], Array] | None = None
     _binned: tuple[list[list[Array]], Array] | None = None
 
@@ -174,8 +175,11 @@ def tolerance_scale(search: Search, whole: Fit) -> float:
 def spread(search: Search, made: Fit) -> Array:
     """Variance (p,) that tolerances, time stamps and noise of the motion give to a fit's numbers, in usual sizes."""
     o = search.observation
-    by_tolerances = scale_and_spread(*search.linear(made.members))[1]
-    return by_tolerances + stamp_variance(made.members, o.vehicle, o.command_step) + driving_variance(o, made)
+    if id(made) not in search.spreads:
+        by_tolerances = scale_and_spread(*search.linear(made.members))[1]
+        by_stamps = stamp_variance(made.members, o.vehicle, o.command_step)
+        search.spreads[id(made)] = made, by_tolerances + by_stamps + driving_variance(o, made)
+    return search.spreads[id(made)][1]
 
 
 def departure(whole: Fit, labels: AbstractSet[str], vehicle: Vehicle) -> tuple[Array, list[int]]:

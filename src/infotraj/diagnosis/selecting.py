@@ -53,6 +53,8 @@ def run(search: Search, held: Sequence[Member]) -> Fit:
     seen = {_labels(members)}
     barred: set[str] = set()
     second = False
+    if swings(search.observation, members):
+        search.renoised(members)
     for _ in range(_ROUNDS):
         more = _additional(search, members, barred | set(search.at_bound))
         if not more and search.tolerance == 1.0:
@@ -76,8 +78,9 @@ def run(search: Search, held: Sequence[Member]) -> Fit:
         if swings(search.observation, more):
             tried = _taken(search, tried, ())
         tried = _within_bounds(search, _questioned(search, tried))
-        if weighted(search.observation) and not swings(search.observation, tried):
+        if weighted(search.observation) != swings(search.observation, tried):
             search.renoised(tried)
+            tried = _taken(search, tried, ())
         search.trail.append(" ".join(sorted(_labels(tried))) or "nothing")
         if _labels(tried) in seen:
             back = {m.candidate.label for m in more} - _labels(tried)

@@ -1,22 +1,21 @@
 """The best number of an effect's shape, the length of a swinging load's cable, wherever a fit stands.
 
-It is looked for over a horizon that extends (`horizons`), with all other numbers of the model free to follow (variable
-projection, Golub and Pereyra 1973).
+It is looked for over a horizon that extends (`horizons`), all other numbers of the model free to follow (`profile`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from infotraj.diagnosis.candidates import places as places_of
-from infotraj.diagnosis.candidates import read, written
+from infotraj.diagnosis.candidates import places, read, written
 from infotraj.diagnosis.fitting import Fit, fit
 from infotraj.diagnosis.horizons import best_on_grid, grid
 from infotraj.diagnosis.observation import Member, Observation
-from infotraj.diagnosis.scanning import Profile, shape_of
+from infotraj.diagnosis.profile import Profile, gains_within
+from infotraj.diagnosis.scanning import shape_of
 from infotraj.diagnosis.sensitivities import sensitivities
 from infotraj.diagnosis.whitened import stacked
 from infotraj.rotations import Array
@@ -25,7 +24,7 @@ _LITTLE = 0.3  # usual sizes of what multiplies the shape: a smaller effect show
 
 
 def sharp_fit(observation: Observation, made: Fit) -> Fit:
-    """The fit with the shapes of its members where they are best, the same where that is no better."""
+    """The fit with the shapes of its members, but not of held ones, where they are best; the same if no better."""
     for m in made.members:
         better = None if m.held else sharpened(observation, made.members, m)
         if better is None:
@@ -37,72 +36,49 @@ def sharp_fit(observation: Observation, made: Fit) -> Fit:
 
 
 def sharpened(observation: Observation, members: Sequence[Member], member: Member) -> Member | None:
-    """`member` of a fitted model with the best number of its shape, None for one without a shape."""
+    """`member` of a fitted model with the best number of its shape; None without a shape, or where none explains."""
     shape = shape_of(member.candidate, observation)
     if shape is None:
         return None
-    trials = _Trials(observation, members, member, shape)
-    return trials.best(best_on_grid(len(trials.values), trials.gains))
+    o, cls, form = observation, member.candidate.cls, member.candidate.form
+    at = places(member.candidate, o.vehicle)
+    others = [i for i in range(len(at)) if i != shape]
+    absent, scale = (np.array([getattr(p, what) for p in at]) for what in ("absent", "scale"))
+    starts = [read(member.candidate.at(values), at) for values in cls.starts(o.vehicle, form)]
+    now = read(member.effect, at)
+    if np.all(np.abs(now - absent)[others] < _LITTLE * np.abs(scale[others])):
+        now = starts[0]
+    values = grid(at[shape], [x[shape] for x in starts])
+    rest = [m for m in members if m.candidate.label != member.candidate.label]
+    joint = sensitivities(o, rest, []).joint
+    every = stacked(o.samples, o.noise, joint)
+
+    def with_numbers(x: Array) -> Member:
+        return replace(member, effect=written(member.candidate, at, x))
+
+    def numbers(place: int) -> Array:
+        return np.where(np.arange(len(at)) == shape, values[place], now)
+
+    def column(place: int) -> Array | None:
+        after = o.raw(o.model([*rest, with_numbers(numbers(place))]))
+        return None if after is None else stacked(o.samples, o.noise, _change(joint, after))[:, 0]
+
+    best = best_on_grid(len(values), gains_within(every, _since_first(o), column))
+    if best is None:
+        return None
+    x = numbers(best)
+    _, times = Profile(every).gain(column(best))
+    x[others] = (absent + times * (x - absent))[others]
+    return with_numbers(np.clip(x, [p.low for p in at], [p.high for p in at]))
 
 
-class _Trials:
-    """Models with other numbers of one member's shape: `values`, those of a grid within its bounds."""
-
-    def __init__(self, observation: Observation, members: Sequence[Member], member: Member, shape: int) -> None:
-        self._observation, self._member, self._shape = observation, member, shape
-        self._at = places_of(member.candidate, observation.vehicle)
-        starts = member.candidate.cls.starts(observation.vehicle, member.candidate.form)
-        now, usual = (read(effect, self._at) for effect in (member.effect, member.candidate.at(starts[0])))
-        absent, scale = (np.array([getattr(p, what) for p in self._at]) for what in ("absent", "scale"))
-        # Where nearly nothing is left of the effect, its shape shows nothing.
-        self._now = np.where(np.abs(now - absent) < _LITTLE * np.abs(scale), usual, now)
-        self._rest = [m for m in members if m.candidate.label != member.candidate.label]
-        self._joint = sensitivities(observation, self._rest, []).joint
-        self._base = stacked(observation.samples, observation.noise, self._joint)
-        parts = [s.times(c) for s in observation.samples for c in s.channels]
-        first = [min(s.times(c)[0] for c in s.channels) for s in observation.samples for _ in s.channels]
-        self._time = np.concatenate([np.tile(t - t0, 3) for t, t0 in zip(parts, first, strict=True)])
-        self.values = grid(self._at[shape].low, self._at[shape].high)
-        self._columns: dict[int, Array | None] = {}
-
-    def gains(self, places: Iterable[int], horizon: float) -> tuple[dict[int, float], float]:
-        """What the member takes off the squared error of the flights' first `horizon` seconds, and what is left."""
-        rows = self._time <= horizon
-        base = self._base[rows]
-        profile = Profile(base)
-        found = {}
-        for p in places:
-            column = self._column(p)
-            found[p] = 0.0 if column is None else profile.gain(column[rows])[0]
-        return found, (profile.left - max(found.values())) / len(base)
-
-    def best(self, place: int) -> Member | None:
-        """The member there, its other numbers as large as explains most; None where it explains nothing."""
-        column = self._column(place)
-        gain, times = (0.0, 0.0) if column is None else Profile(self._base).gain(column)
-        if gain <= 0.0:
-            return None
-        x = self._numbers(place)
-        for i, at in enumerate(self._at):
-            if i != self._shape:
-                x[i] = np.clip(x[i] * times, at.low, at.high)
-        return replace(self._member, effect=written(self._member.candidate, self._at, x))
-
-    def _numbers(self, place: int) -> Array:
-        x = self._now.copy()
-        x[self._shape] = self.values[place]
-        return x
-
-    def _column(self, place: int) -> Array | None:
-        """The whitened change of the prediction by the member, None where no model can be evaluated."""
-        if place not in self._columns:
-            o = self._observation
-            effect = written(self._member.candidate, self._at, self._numbers(place))
-            after = o.raw(o.model([*self._rest, replace(self._member, effect=effect)]))
-            self._columns[place] = (
-                None if after is None else stacked(o.samples, o.noise, _change(self._joint, after))[:, 0]
-            )
-        return self._columns[place]
+def _since_first(observation: Observation) -> Array:
+    """Time (s) of every whitened sample since the first of its flight, in the order of `stacked`."""
+    parts = []
+    for s in observation.samples:
+        first = min(s.times(c)[0] for c in s.channels)
+        parts += [np.tile(s.times(c) - first, 3) for c in s.channels]
+    return np.concatenate(parts)
 
 
 def _change(joint: Sequence[Sequence[Array]], after: Sequence[Sequence[Array]]) -> list[list[Array]]:

@@ -14,6 +14,7 @@ import numpy as np
 
 from infotraj.diagnosis.allowance import TIMING
 from infotraj.diagnosis.candidates import Candidate
+from infotraj.diagnosis.driving_noise import unweighted, weighted
 from infotraj.diagnosis.fitting import Fit, fit
 from infotraj.diagnosis.noise import left_by_richest, started
 from infotraj.diagnosis.observation import Member, Observation
@@ -62,16 +63,18 @@ def likeliest_steps(observation: Observation, members: Sequence[Member], absent:
 def fits_better(as_steps: tuple[Observation, Fit], as_held: tuple[Observation, Fit]) -> bool:
     """Whether what was found when commands are read as steps explains the flights better than when they are held.
 
-    Each an observation and what was fitted to it; both are weighed by the noise of the second. Steps that come early
-    and a delay that undoes it are no better explanation than commands that were held.
+    Each an observation and what was fitted to it; both are weighed by the noise of the second, samples all
+    alike. Steps that come early and a delay that undoes it are no better explanation than commands that were held.
     """
     held, before = as_held
     steps, after = as_steps
     if _timing(after) > _timing(before):
         return False
-    steps = replace(steps, noise=held.noise, ignored=held.ignored)
+    steps = replace(unweighted(steps), noise=held.noise, ignored=held.ignored)
     again = fit(steps, after.members)
-    if again is None:
+    if weighted(held):
+        before = fit(unweighted(held), before.members)
+    if again is None or before is None:
         return False
     spared = before.cost / _count(held) - again.cost / _count(steps)
     more = len(again.at_bound) - len(before.at_bound)

@@ -18,6 +18,7 @@ Noise = dict[str, tuple[Whitener, Whitener, Whitener]]
 BLOCK = 2.0  # s
 SLOW = 2.0  # s: neighbours further apart are taken as independent, blocks too
 MOST_BLOCKS = 96
+_SURE = 0.9  # weight of a sample above which what is left of it is taken for noise
 
 
 def noise_model(samples: Sequence[FlightSamples], residuals: Sequence[list[Array]]) -> Noise:
@@ -30,16 +31,27 @@ def noise_model(samples: Sequence[FlightSamples], residuals: Sequence[list[Array
     for s, flight in zip(samples, residuals, strict=True):
         for number, (channel, values) in enumerate(zip(s.channels, flight, strict=True)):
             # A mean taken off differences of noise would wander when the whitening adds them up.
-            slow = 0.0 if channel.difference else _moving_mean(values, channel.run, round(SLOW / channel.step))
-            fast = values - slow if s.weights is None else (values - slow) * s.weights[number]
-            gathered.setdefault(channel.key, []).append((fast, channel.run, channel.difference))
+            slow = 0.0 if channel.difference else moving_mean(values, channel.run, round(SLOW / channel.step))
+            sure, run = _sure(s, number)
+            gathered.setdefault(channel.key, []).append(((values - slow)[sure], run, channel.difference))
     return {
         key: estimate([v for v, _, _ in parts], [r for _, r, _ in parts], parts[0][2])
         for key, parts in gathered.items()
     }
 
 
-def _moving_mean(values: Array, run: NDArray, window: int) -> Array:
+def _sure(samples: FlightSamples, number: int) -> tuple[NDArray, NDArray]:
+    """Samples of a channel whose prediction is certain, half of them at least, and the runs (n,) that they make."""
+    run = samples.channels[number].run
+    if samples.weights is None:
+        return np.arange(len(run)), run
+    weights = samples.weights[number].min(axis=1)
+    sure = np.flatnonzero(weights >= min(_SURE, float(np.median(weights))))
+    breaks = (np.diff(sure) > 1) | (np.diff(run[sure]) != 0)
+    return sure, np.concatenate([[0], np.cumsum(breaks)])
+
+
+def moving_mean(values: Array, run: NDArray, window: int) -> Array:
     """Means (m, 3) over `window` samples about each, within each run."""
     out = np.empty_like(values)
     starts = np.concatenate([[0], np.flatnonzero(np.diff(run)) + 1, [len(run)]])
