@@ -11,7 +11,7 @@ from infotraj.diagnosis.silent import _explained
 from infotraj.diagnosis.standins import newcomer
 from infotraj.diagnosis.subsets import SubsetSearch
 from infotraj.diagnosis.sums import Sums, held_out
-from infotraj.diagnosis.whitened import _moving_mean
+from infotraj.diagnosis.whitened import moving_mean
 
 
 def sums_of(columns, residual, blocks=8, folds=8):
@@ -149,7 +149,7 @@ def test_slow_errors_are_taken_off_before_the_noise_is_estimated():
     noise = rng.standard_normal((3000, 1))
     slow = 50.0 * np.sin(0.2 * t)[:, None]
     run = (t > 12.0).astype(int)
-    left = slow + noise - _moving_mean(slow + noise, run, 200)
+    left = slow + noise - moving_mean(slow + noise, run, 200)
     assert np.std(left[300:900] - noise[300:900]) < 0.7
 
 
