@@ -23,6 +23,7 @@ class Finding:
     warning asks for a decision, a cut makes the rows in `spans` unusable, a reject makes the whole log unusable.
     `channels` names the columns concerned, `values` holds the numbers behind the sentence. `drop`: the rows in `spans`
     are not to be used (always so for a cut; a note may drop a few rows and leave the log as good as it was).
+    `settings`: what would mend it on import, each "CHANNEL.KEY=VALUE" as `infotraj import --set` takes it.
     """
 
     code: str
@@ -35,6 +36,7 @@ class Finding:
     channels: tuple[str, ...] = ()
     values: dict[str, Any] = field(default_factory=dict)
     drop: bool = False
+    settings: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """The finding as JSON holds it; numbers that are not finite become null."""
@@ -48,6 +50,7 @@ class Finding:
             "sure": round(self.sure, 4),
             "effect": self.effect,
             "remedy": self.remedy,
+            "settings": list(self.settings),
             "values": {key: plain(value) for key, value in self.values.items()},
         }
 
