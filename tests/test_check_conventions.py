@@ -36,7 +36,8 @@ def test_a_rejecting_finding_says_all_that_is_needed():
     assert finding.channels == tuple(W)
     assert "deg/s" in finding.what
     assert "0.0174533" in finding.remedy
-    assert finding.values["rate"]["unexplained_as_found"] < 0.1
+    assert finding.values["rate"]["as_found"] < 0.1 < finding.values["rate"]["as_declared"]  # rad/s
+    assert finding.settings == ("rate.scale=0.0174533",)
 
 
 def test_a_hover_says_nothing_about_body_or_world_rates():

@@ -17,14 +17,15 @@ HALF_TURN_X = np.array([0.0, 1.0, 0.0, 0.0])
 
 @dataclass(frozen=True)
 class Reading:
-    """One reading of the attitude: `true(q)` (n, 4) from the declared q; `what` finishes "the attitude ...".
+    """One reading of the attitude: `true(q)` (n, 4) from the declared q; `what` finishes "the attitude ..."; `settings`
+    are what an import declares where it is so.
 
     `half`: only one of body and world has other axes than declared."""
 
     code: str
     name: str
     what: str
-    remedy: str
+    settings: tuple[str, ...]
     true: Callable[[Array], Array]
     half: bool = False
 
@@ -64,68 +65,68 @@ def _scaled_euler(factor: float, second_start: bool = False) -> Callable[[Array]
 _IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 
 READINGS: tuple[Reading, ...] = (
-    Reading("", "declared", "is as declared", "", lambda q: q),
+    Reading("", "declared", "is as declared", (), lambda q: q),
     Reading(
         "attitude_order",
         "xyzw",
         "is stored x, y, z, w in the columns qw, qx, qy, qz",
-        "map the columns in the order x, y, z, w",
+        ("attitude.order=xyzw",),
         _reorder(3, 0, 1, 2),
     ),
     Reading(
         "attitude_order",
         "wxyz",
         "is stored w, x, y, z and was read as x, y, z, w",
-        "map the columns in the order w, x, y, z",
+        ("attitude.order=wxyz",),
         _reorder(1, 2, 3, 0),
     ),
     Reading(
         "attitude_inverse",
         "world to body",
         "maps the world to the body, not the body to the world",
-        "conjugate the quaternion",
+        ("attitude.rotates=world_to_body",),
         rotations.conjugate,
     ),
     Reading(
         "attitude_unit",
         "degrees taken as radians",
         "comes from angles in degrees that were taken as radians",
-        "declare the angles as degrees",
+        ("attitude.unit=deg",),
         _scaled_euler(np.pi / 180),
     ),
     Reading(
         "attitude_unit",
         "degrees taken as radians, other start",
         "comes from angles in degrees that were taken as radians",
-        "declare the angles as degrees",
+        ("attitude.unit=deg",),
         _scaled_euler(np.pi / 180, second_start=True),
     ),
     Reading(
         "attitude_unit",
         "radians taken as degrees",
         "comes from angles in radians that were taken as degrees",
-        "declare the angles as radians",
+        ("attitude.unit=rad",),
         _scaled_euler(180 / np.pi),
     ),
     Reading(
         "attitude_frame",
         "NED/FRD",
         "maps a front-right-down body to a north-east-down world",
-        "declare the attitude as NED/FRD",
+        ("attitude.world=NED", "attitude.body=FRD"),
         _both(NED_TO_ENU, HALF_TURN_X),
     ),
     Reading(
         "attitude_frame",
         "NWU/FRD both turned",
         "has y and z of both body and world pointing the other way (front-right-down, z down)",
-        "declare body and world of the attitude as z down",
+        ("attitude.world=[x, -y, -z]", "attitude.body=FRD"),
         _both(HALF_TURN_X, HALF_TURN_X),
     ),
     Reading(
         "attitude_frame",
         "FRD body",
         "is that of a front-right-down body in a world with z up",
-        "declare the attitude's body frame as FRD",
+        ("attitude.body=FRD",),
         _both(_IDENTITY, HALF_TURN_X),
         half=True,
     ),
@@ -133,7 +134,7 @@ READINGS: tuple[Reading, ...] = (
         "attitude_frame",
         "NED world",
         "is that of a front-left-up body in a north-east-down world",
-        "declare the attitude's world frame as NED",
+        ("attitude.world=NED",),
         _both(NED_TO_ENU, _IDENTITY),
         half=True,
     ),
@@ -141,7 +142,7 @@ READINGS: tuple[Reading, ...] = (
         "attitude_frame",
         "z-down world",
         "is that of a front-left-up body in a world with y and z pointing the other way",
-        "declare the attitude's world frame as z down",
+        ("attitude.world=[x, -y, -z]",),
         _both(HALF_TURN_X, _IDENTITY),
         half=True,
     ),

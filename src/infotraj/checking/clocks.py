@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from scipy import stats
 
 from infotraj.checking.finding import Finding
+from infotraj.checking.settings import CHANNEL_OF, command, shift_setting
 from infotraj.checking.streams import Stream
 from infotraj.rotations import Array
 
@@ -102,6 +103,7 @@ def offset_findings(
         "drift_standard_error": known.drift_error,
     }
     late = "late" if known.lag > 0 else "early"
+    settings = (shift_setting(CHANNEL_OF[columns], known.lag),)
     if abs(known.lag) > least and abs(known.lag) > TIMES_ERROR * known.error:
         found.append(
             Finding(
@@ -109,10 +111,11 @@ def offset_findings(
                 "warning" if abs(known.lag) > tolerated else "note",
                 f"{what} is stamped {abs(ms):.1f} +- {1000 * known.error:.1f} ms {late} against {behind}",
                 "looks like a delay or a lag of the vehicle; derivatives of one do not fit the other",
-                f"shift {columns[0]}..{columns[-1]} by {-ms:.1f} ms on import",
+                command(settings),
                 sure=_sure(abs(known.lag) / max(known.error, 1e-9)),
                 channels=columns,
                 values=values,
+                settings=settings,
             )
         )
     lags = [s[1] for s in known.segments]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from infotraj.checking.finding import Finding
+from infotraj.checking.settings import command, scale_setting
 from infotraj.flight import SPECIFIC_FORCE, Flight
 from infotraj.rotations import Array
 
@@ -25,17 +26,18 @@ def force_unit_findings(flight: Flight, airborne: Array) -> list[Finding]:
     upright = float(np.median(a[:, 2])) / STANDARD_GRAVITY
     values = {"median_size_in_g": size, "median_az_in_g": upright}
 
-    def finding(code: str, what: str, remedy: str, sure: float) -> list[Finding]:
+    def finding(code: str, what: str, setting: str, sure: float) -> list[Finding]:
         return [
             Finding(
                 code,
                 "reject",
                 what,
                 "every comparison of model and measurement would be wrong",
-                remedy,
+                command((setting,)),
                 sure=sure,
                 channels=SPECIFIC_FORCE,
                 values=values,
+                settings=(setting,),
             )
         ]
 
@@ -44,21 +46,21 @@ def force_unit_findings(flight: Flight, airborne: Array) -> list[Finding]:
             return finding(
                 "acceleration_unit",
                 f"specific force {text} (its median size is {size * STANDARD_GRAVITY:.3g}; flying takes 9.8)",
-                f"scale ax, ay, az by {1 / unit:.6g}",
+                scale_setting("specific_force", unit),
                 0.99,
             )
     if size < 0.5:
         return finding(
             "acceleration_without_gravity",
             f"ax, ay, az have a median size of {size * STANDARD_GRAVITY:.3g} m/s^2: gravity is taken out",
-            "use the raw accelerometer",
+            "specific_force.gravity_removed=true",
             0.99,
         )
     if USUAL[0] < size < USUAL[1] and upright < -0.5:
         return finding(
             "acceleration_axes",
             f"az has a median of {upright:.2g} g: z points down, or the sign is gravity's, not the specific force's",
-            "declare the body frame as FRD, or negate ax, ay, az",
+            "specific_force.body=FRD",
             0.99,
         )
     return []

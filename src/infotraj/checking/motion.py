@@ -17,14 +17,16 @@ from infotraj.checking.inertial import force_unit_findings
 from infotraj.checking.kinematics import Channels, channels
 from infotraj.checking.readings import Table, readings
 from infotraj.checking.response import collective, response_findings, response_lag
-from infotraj.flight import RATE, SPECIFIC_FORCE, VELOCITY, Flight
+from infotraj.flight import COMMANDED_FORCE, RATE, SPECIFIC_FORCE, VELOCITY, Flight
 
+# The filters of sensors and the transport of poses make lags of this size in logs that are in order: noted.
+FILTER_LAG = 0.015
 # An accelerometer that alone lags the pose by less is noted: forces can be derived from the pose as well, and an IMU
 # away from the origin looks alike.
 FORCE_LAG_TOLERATED = 0.1
 _CLOCKS = {
-    "rate": ("the angular velocity", "the attitude", "imu_clock", RATE, 0.0),
-    "velocity": ("the velocity", "the position", "velocity_clock", VELOCITY, 0.0),
+    "rate": ("the angular velocity", "the attitude", "imu_clock", RATE, FILTER_LAG),
+    "velocity": ("the velocity", "the position", "velocity_clock", VELOCITY, FILTER_LAG),
     "force": ("the specific force", "the pose", "accelerometer_clock", SPECIFIC_FORCE, FORCE_LAG_TOLERATED),
 }
 
@@ -79,7 +81,8 @@ def _response(flight: Flight, ch: Channels) -> list[Finding]:
     if command is None or ch.force is None:
         return []
     lag = response_lag(command, ch.force, ch.centres, ch.block, ch.width)
-    return response_findings(lag, float(np.median(np.diff(flight.t))))
+    channel = "commanded_force" if flight.has(*COMMANDED_FORCE) else "rotor_command"
+    return response_findings(lag, float(np.median(np.diff(flight.t))), channel)
 
 
 def _rise(flight: Flight, air: Airborne) -> float | None:

@@ -23,6 +23,7 @@ from infotraj.checking.kinematics import (
     velocity_of,
 )
 from infotraj.checking.likelihood import AXES, Moments, moments
+from infotraj.checking.sizes import Sizes, sizes
 from infotraj.checking.streams import attitude_stream
 from infotraj.rotations import Array
 
@@ -140,11 +141,13 @@ class Identity:
 
 @dataclass(frozen=True)
 class Table:
-    """All readings of one flight: the poses with their prior log odds, and the identities that the log allows."""
+    """All readings of one flight: the poses with their prior log odds, the identities that the log allows, and how
+    large the flight is as declared."""
 
     poses: tuple[Pose, ...]
     prior: Array
     identities: dict[str, Identity]
+    sizes: Sizes
 
     def best(self) -> tuple[Joint, int, float]:
         """The joint reading of the highest posterior, its pose's index, and its log posterior."""
@@ -177,7 +180,7 @@ def readings(ch: Channels, gravity: float, rise: float | None) -> Table | None:
     attitudes = _attitudes(ch, poses)
     found = [_rate(ch, poses, attitudes), _velocity(ch, poses, attitudes), _force(ch, poses, attitudes, gravity)]
     identities = {i.name: i for i in found if i is not None}
-    return Table(poses, prior, identities) if identities else None
+    return Table(poses, prior, identities, sizes(ch)) if identities else None
 
 
 def _poses(ch: Channels) -> tuple[Pose, ...]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from infotraj.checking.clocks import Offset, by_segments, line, minimum
 from infotraj.checking.finding import Finding
+from infotraj.checking.settings import command
 from infotraj.checking.streams import Stream
 from infotraj.flight import COMMANDED_FORCE, Flight
 from infotraj.rotations import Array
@@ -18,6 +19,7 @@ from infotraj.rotations import Array
 RANGE = 0.4
 STEP = 0.01
 LONGEST = 0.25
+USUAL = 0.05  # s, what rotors usually take: assumed where the clocks must be moved
 
 
 def collective(flight: Flight) -> Stream | None:
@@ -66,34 +68,40 @@ def response_lag(command: Stream, force_z: Stream, centres: Array, block: Array,
     return Offset(found[0], found[1], unexplained, segments, *line(segments))
 
 
-def response_findings(lag: Offset | None, step: float) -> list[Finding]:
-    """A response before its command, or far behind it; otherwise a note with the lag."""
+def response_findings(lag: Offset | None, step: float, channel: str) -> list[Finding]:
+    """A response before the command `channel`, or far behind it; otherwise a note with the lag."""
     if lag is None:
         return []
     values = {"lag": lag.lag, "standard_error": lag.error, "unexplained": lag.unexplained}
     text = f"{abs(1000 * lag.lag):.0f} +- {1000 * lag.error:.0f} ms"
-    if lag.lag < -max(step, 0.005) and -lag.lag > 4 * lag.error:
+    # aerodynamics shift the best lag of slow motion; a clock shifts it in every part of the flight
+    everywhere = all(part < 0 for _, part, _ in lag.segments)
+    if lag.lag < -max(step, 0.005) and -lag.lag > 4 * lag.error and everywhere:
+        settings = (f"{channel}.shift={lag.lag:.3f}",)
         return [
             Finding(
                 "response_before_command",
                 "warning",
                 f"the thrust changes {text} before its command",
                 "commands are stamped late: delays and lags of the actuators cannot be learnt",
-                "put commands and measurements on one clock",
+                command(settings),
                 sure=0.999,
                 values=values,
+                settings=settings,
             )
         ]
     if lag.lag > LONGEST and lag.lag - LONGEST > 4 * lag.error:
+        settings = (f"{channel}.shift={lag.lag - USUAL:.3f}",)
         return [
             Finding(
                 "response_too_late",
                 "warning",
                 f"the thrust follows its command only after {text}",
                 "no rotor is so slow: the clocks of commands and measurements differ, or the command is not what flew",
-                "put commands and measurements on one clock",
+                command(settings),
                 sure=0.999,
                 values=values,
+                settings=settings,
             )
         ]
     return [
