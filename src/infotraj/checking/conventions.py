@@ -46,23 +46,52 @@ class Verdict:
     findings: list[Finding]
 
 
+@dataclass(frozen=True)
+class Decision:
+    """What logs that share a mapping say together: the reading they follow instead of the declared one, and why."""
+
+    joint: Joint
+    evidence: Evidence
+
+
 def convention_findings(table: Table) -> Verdict:
     """Judges the declared reading of one log against all others."""
-    return judge([table])[0]
+    return verdict(table, decide([table]))
 
 
-def judge(tables: Sequence[Table]) -> list[Verdict]:
-    """The verdict for each of several logs that share a mapping, on the evidence of all of them."""
+def decide(tables: Sequence[Table]) -> Decision | None:
+    """Whether several logs that share a mapping follow another reading than the declared one; None where it stands."""
     tables = [_proven(t) for t in tables]
-    found: Joint | None = None
     for candidate in _candidates(tables):
         kept = _without_unproven(tables, candidate)
         if _changes(kept) and _rejected(tables, Joint(), kept):
-            found = kept
-            break
-    if found is None:
-        return [_stands(t) for t in tables]
-    return [_verdict(tables, t, found) for t in tables]
+            return Decision(kept, _all(tables, Joint(), kept))
+    return None
+
+
+def verdict(table: Table, decision: Decision | None) -> Verdict:
+    """The decision as it bears on one of the logs: findings about the channels that it has."""
+    if decision is None:
+        # a position whose acceleration is noise is no error: the declared reading may have it too
+        joint, at = _in(table, Joint())
+        return Verdict(joint, at, [])
+    found = decision.joint
+    joint, at = _in(table, found)
+    severity: Severity = "reject" if _fails(decision.evidence, Joint(), found) else "warning"
+    present = [f for f in _changes(found) if f.startswith("pose") or f.split(".")[0] in table.identities]
+    findings = [_finding(decision.evidence, found, factor, severity) for factor in present]
+    rivals = _rivals(table, joint, at)
+    if rivals and findings:
+        texts = " and ".join
+        others = "; or ".join(texts(sorted({sentence(f, j).what for f in _changes(j)})) for j in rivals[:3])
+        codes = sorted({sentence(f, j).code for j in rivals for f in _changes(j)})
+        first = findings[0]
+        findings[0] = replace(
+            first,
+            what=f"{first.what}; these data fit as well that {others}",
+            values={**first.values, "alternatives": codes},
+        )
+    return Verdict(joint, at, findings)
 
 
 def _candidates(tables: Sequence[Table]) -> list[Joint]:
@@ -70,12 +99,6 @@ def _candidates(tables: Sequence[Table]) -> list[Joint]:
     best = [_plain(t.best()[0]) for t in tables]
     distinct = [j for k, j in enumerate(best) if _changes(j) and j not in best[:k]]
     return sorted(distinct, key=lambda j: -_all(tables, Joint(), j).gain())
-
-
-def _stands(table: Table) -> Verdict:
-    # a position whose acceleration is noise is no error: the declared reading may have it too
-    joint, at = _in(table, Joint())
-    return Verdict(joint, at, [])
 
 
 def _in(table: Table, joint: Joint) -> tuple[Joint, int]:
@@ -181,25 +204,6 @@ def _without_unproven(tables: Sequence[Table], other: Joint) -> Joint:
         if weighed.gain() < FAR_BETTER or weighed.sure < SURE:
             other = simpler
     return other
-
-
-def _verdict(tables: Sequence[Table], table: Table, found: Joint) -> Verdict:
-    joint, at = _in(table, found)
-    weighed = _all(tables, Joint(), found)
-    severity: Severity = "reject" if _fails(weighed, Joint(), found) else "warning"
-    findings = [_finding(weighed, found, factor, severity) for factor in _changes(found)]
-    rivals = _rivals(table, joint, at)
-    if rivals and findings:
-        texts = " and ".join
-        others = "; or ".join(texts(sorted({sentence(f, j).what for f in _changes(j)})) for j in rivals[:3])
-        codes = sorted({sentence(f, j).code for j in rivals for f in _changes(j)})
-        first = findings[0]
-        findings[0] = replace(
-            first,
-            what=f"{first.what}; these data fit as well that {others}",
-            values={**first.values, "alternatives": codes},
-        )
-    return Verdict(joint, at, findings)
 
 
 def _rivals(table: Table, best: Joint, at: int) -> list[Joint]:

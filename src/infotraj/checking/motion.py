@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +25,7 @@ FILTER_LAG = 0.015
 # An accelerometer that alone lags the pose by less is noted: forces can be derived from the pose as well, and an IMU
 # away from the origin looks alike.
 FORCE_LAG_TOLERATED = 0.1
+Judge = Callable[[Table], Verdict]
 _CLOCKS = {
     "rate": ("the angular velocity", "the attitude", "imu_clock", RATE, FILTER_LAG),
     "velocity": ("the velocity", "the position", "velocity_clock", VELOCITY, FILTER_LAG),
@@ -39,15 +41,20 @@ class Motion:
     lags: dict[str, Offset]
 
 
-def judge_motion(flight: Flight, air: Airborne, gravity: float, others: list[Beside]) -> Motion:
-    """What the motion of a rigid body says about a flight's channels and about the streams beside them."""
+def judge_motion(
+    flight: Flight, air: Airborne, gravity: float, others: list[Beside], judge: Judge = convention_findings
+) -> Motion:
+    """What the motion of a rigid body says about a flight's channels and about the streams beside them.
+
+    `judge` decides about the conventions: by this flight alone, or by all that share its mapping (`pooled`).
+    """
     ch = channels(flight, air.rows)
     if len(ch.centres) == 0:
         return Motion(force_unit_findings(flight, air.rows), {})
     table = readings(ch, gravity, _rise(flight, air))
     if table is None:
         return Motion(force_unit_findings(flight, air.rows) + _response(flight, ch), {})
-    verdict = convention_findings(table)
+    verdict = judge(table)
     findings = list(verdict.findings)
     if "force" not in table.identities:
         findings += force_unit_findings(flight, air.rows)

@@ -148,3 +148,8 @@ FACTORS: tuple[str, ...] = (
     *(f"{c}.{k}" for c in ("rate", "velocity", "force") for k in ("turn", "axes", "unit")),
     "force.removed",
 )
+CODES = frozenset(
+    {r.code for r in READINGS if r.code}
+    | {f"{c}_{kind}" for c in _CODES.values() for kind in ("frame", "unit", "axes", "sign")}
+    | {"position_frame", "position_unit", "world_z_down", "acceleration_without_gravity"}
+)

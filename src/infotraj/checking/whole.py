@@ -13,12 +13,13 @@ from infotraj.checking import outliers, timing
 from infotraj.checking.actuation import carrying_findings
 from infotraj.checking.airborne import airborne_rows, no_flight
 from infotraj.checking.beside import Beside
+from infotraj.checking.conventions import convention_findings
 from infotraj.checking.coverage import coverage, excitation_findings
 from infotraj.checking.divergence import reference_not_followed
 from infotraj.checking.finding import Finding, Outcome, Span, ordered, outcome, usable_spans
 from infotraj.checking.frozen import dead_findings, still_streams, straight_streams
 from infotraj.checking.load import Loaded
-from infotraj.checking.motion import judge_motion
+from infotraj.checking.motion import Judge, judge_motion
 from infotraj.checking.questions import question_findings, unanswerable
 from infotraj.errors import InputError, problem
 from infotraj.flight import ATTITUDE, Flight
@@ -64,9 +65,11 @@ def check(flight: Flight, vehicle: Vehicle | None = None) -> list[Finding]:
 def examine(
     log: Flight | Loaded | pd.DataFrame,
     vehicle: Vehicle | None = None,
+    judge: Judge = convention_findings,
 ) -> Check:
     """Checks one log: a flight, what `load` made of a raw log (with the streams that its table leaves out), or a table
-    with a column t whose order is not known to be right. Raises InputError for a table without t.
+    with a column t whose order is not known to be right. `judge` decides about conventions (see `pooled`). Raises
+    InputError for a table without t.
     """
     others: list[Beside] = []
     if isinstance(log, Loaded):
@@ -102,7 +105,7 @@ def examine(
     findings += outliers.impossible_values(flight, air.rows)
     findings += carrying_findings(flight, air.rows, vehicle)
     gravity = vehicle.gravity if vehicle else GRAVITY
-    moved = judge_motion(flight, air, gravity, others)
+    moved = judge_motion(flight, air, gravity, others, judge)
     findings += moved.findings
     findings += reference_not_followed(flight, air.rows) + question_findings(flight)
     covered = coverage(flight, air.rows)
