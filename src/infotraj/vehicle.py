@@ -57,28 +57,41 @@ class Inertia(_Strict):
 
 
 class Rotor(_Strict):
-    """One rotor: thrust k_F w^2 along `axis`, reaction torque -spin x moment_constant x thrust along it."""
+    """One rotor: its thrust along `axis`, its reaction torque -spin x moment_constant x thrust along it.
+
+    Commands are what `input` says, and follow a first-order lag in it: a speed (rad/s; the thrust is k_F w^2), a
+    throttle (0..1; the thrust is a polynomial of it) or the thrust itself (N).
+    """
 
     name: str
     position: Vector = Field(description="m, at zero tilt")
     axis: Axis = Field((0.0, 0.0, 1.0), description="thrust direction at zero tilt")
     spin: Literal[1, -1] = Field(description="+1 turns counter-clockwise seen from above")
-    input: Literal["speed", "throttle"] = "speed"
+    input: Literal["speed", "throttle", "thrust"] = "speed"
     thrust_coefficient: Positive | None = Field(None, description="k_F, N s^2/rad^2")
     thrust_polynomial: tuple[float, float, float] | None = Field(None, description="N, of the throttle")
     moment_constant: NotNegative = Field(description="torque per thrust, m")
     max_speed: Positive | None = Field(None, description="rad/s")
-    time_constant: NotNegative = Field(0.0, description="s, first-order lag in speed")
+    time_constant: NotNegative = Field(0.0, description="s, first-order lag in the input")
     tilt: int | None = Field(None, ge=0, description="index of the tilt that turns this rotor")
     radius: Positive | None = Field(None, description="m")
     coaxial: Literal["upper", "lower"] | None = None
 
     @model_validator(mode="after")
-    def _thrust_is_defined(self) -> Rotor:
+    def _keys_fit_the_input(self) -> Rotor:
         if self.input == "speed" and self.thrust_coefficient is None:
             raise ValueError(f"{self.name}: a rotor with a speed input needs `thrust_coefficient`")
         if self.input == "throttle" and self.thrust_polynomial is None:
             raise ValueError(f"{self.name}: a rotor with `input: throttle` needs `thrust_polynomial`")
+        if self.input != "throttle" and self.thrust_polynomial is not None:
+            raise ValueError(
+                f"{self.name}: `thrust_polynomial` is of a throttle, but the input is a {self.input}; remove it, or "
+                f"write `input: throttle`"
+            )
+        if self.input == "thrust" and self.max_speed is not None and self.thrust_coefficient is None:
+            raise ValueError(
+                f"{self.name}: `max_speed` says nothing of a thrust without `thrust_coefficient`; remove it, or add that"
+            )
         return self
 
 
@@ -92,7 +105,11 @@ class Tilt(_Strict):
 
 
 class Vehicle(_Strict):
-    """First-principles description of a multirotor. SI units, body frame x forward, y left, z up."""
+    """First-principles description of a multirotor. SI units, body frame x forward, y left, z up.
+
+    What drives it are its rotors and tilts or, with `inputs: wrench`, the commanded wrench itself (N, N m, about the
+    body's origin, body axes): such a file has no rotors.
+    """
 
     name: str
     mass: Positive | None = Field(None, description="kg; left out: unknown")
@@ -100,8 +117,29 @@ class Vehicle(_Strict):
     center_of_mass: Vector = Field((0.0, 0.0, 0.0), description="m, from the body's origin")
     gravity: Positive = 9.81
     nominal_voltage: Positive | None = Field(None, description="V, the reference of battery_sag")
-    rotors: tuple[Rotor, ...] = Field(min_length=1)
+    inputs: Literal["rotors", "wrench"] = "rotors"
+    rotors: tuple[Rotor, ...] = ()
     tilts: tuple[Tilt, ...] = ()
+    time_constant: NotNegative = Field(0.0, description="s, first-order lag of a commanded wrench")
+    thrust_axis: Axis | None = Field(
+        None, description="of a commanded wrench: the one direction in which all rotors push; left out: any"
+    )
+
+    @model_validator(mode="after")
+    def _driven(self) -> Vehicle:
+        if self.inputs == "wrench":
+            if self.rotors or self.tilts:
+                what = "rotors" if self.rotors else "tilts"
+                raise ValueError(
+                    f"`inputs: wrench` takes the commanded wrench and no {what}; remove the one or the other"
+                )
+            return self
+        if not self.rotors:
+            raise ValueError("no rotors; list them, or write `inputs: wrench` where only the commanded wrench is known")
+        given = {"time_constant": self.time_constant != 0.0, "thrust_axis": self.thrust_axis is not None}
+        for key in (k for k, there in given.items() if there):
+            raise ValueError(f"`{key}` is of a vehicle with `inputs: wrench`; write it for each rotor, or remove it")
+        return self
 
     @model_validator(mode="after")
     def _consistent(self) -> Vehicle:
@@ -113,6 +151,13 @@ class Vehicle(_Strict):
             if rotor.tilt is not None and rotor.tilt >= len(self.tilts):
                 raise ValueError(f"{rotor.name}: tilt {rotor.tilt}, but there are {len(self.tilts)} tilts")
         return self
+
+    @property
+    def input_time_constants(self) -> Array:
+        """Declared lags (s) of what is commanded beside tilts: one a rotor, or six of the wrench."""
+        if self.inputs == "wrench":
+            return np.full(6, self.time_constant)
+        return np.array([r.time_constant for r in self.rotors])
 
     def inertia_matrix(self) -> Array:
         """Inertia about the centre of mass, (3, 3), kg m^2. InputError where the file leaves it out."""

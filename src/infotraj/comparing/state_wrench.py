@@ -22,7 +22,7 @@ from infotraj.models import Model, body
 from infotraj.models.actuation import actuation
 from infotraj.models.interpolation import interpolate
 from infotraj.models.prepared import Prepared
-from infotraj.models.rotor_wrench import forces_at_rotors, rotor_wrench
+from infotraj.models.rotor_wrench import CommandedWrench, forces_at_rotors, rotor_wrench
 from infotraj.rotations import Array
 
 FEATURES = 18  # body velocity 3, rate 3, velocity times its size 3, attitude matrix 9 (row by row)
@@ -77,11 +77,15 @@ def wrench(model: Model, inputs: Instants, height: Array, velocity: Array, attit
         thrust = thrust * effect.thrust_factor(along)
     for effect in acting:
         thrust = thrust - effect.thrust_loss(along)
-    reaction = thrust * [-r.spin * r.moment_constant for r in model.vehicle.rotors]
+    commanded = CommandedWrench(model.vehicle) if model.vehicle.inputs == "wrench" else None
+    ratio = commanded.ratio if commanded else np.array([-r.spin * r.moment_constant for r in model.vehicle.rotors])
     for effect in acting:
-        reaction = reaction * effect.reaction_factor(along)
-    thrust = np.ascontiguousarray(thrust)
-    total = rotor_wrench(along.position, along.axis, thrust, np.ascontiguousarray(reaction))
+        ratio = ratio * effect.reaction_factor(along)
+    if commanded:
+        total = commanded(thrust, ratio, inputs.actuation)
+    else:
+        thrust = np.ascontiguousarray(thrust)
+        total = rotor_wrench(along.position, along.axis, thrust, np.ascontiguousarray(thrust * ratio))
     along = Along(model.vehicle, motion, inputs.actuation, inputs.of_flight, thrust, along._kept)
     for effect in acting:
         if overrides(effect, "wrench"):

@@ -34,13 +34,15 @@ def rotor_frames(vehicle: Vehicle, tilt: ArrayLike) -> tuple[Array, Array]:
 
 
 def thrusts(vehicle: Vehicle, rotor_input: ArrayLike) -> Array:
-    """Thrust (N) of each rotor, (..., rotors), from its speed (rad/s) or throttle (0..1), as the vehicle says."""
+    """Thrust (N) of each rotor, (..., rotors), from its speed (rad/s), throttle (0..1) or thrust, as the vehicle says."""
     rotor_input = np.asarray(rotor_input, dtype=float)
     result = np.empty_like(rotor_input)
     for i, rotor in enumerate(vehicle.rotors):
         x = rotor_input[..., i]
         if rotor.input == "speed":
             result[..., i] = rotor.thrust_coefficient * x * x
+        elif rotor.input == "thrust":
+            result[..., i] = x
         else:
             c0, c1, c2 = rotor.thrust_polynomial
             result[..., i] = c0 + (c1 + c2 * x) * x

@@ -22,11 +22,11 @@ class Allocation:
 
     def __init__(self, vehicle: Vehicle) -> None:
         self.vehicle = vehicle
-        for rotor in vehicle.rotors:
-            if rotor.input != "speed":
-                raise InputError(
-                    problem(f"{vehicle.name}: {rotor.name} takes a throttle", "rotors with a speed", "Add `k_F`.")
-                )
+        others = [f"{r.name} takes a {r.input}" for r in vehicle.rotors if r.input != "speed"]
+        if others or not vehicle.rotors:
+            found = others[0] if others else "no rotors"
+            remedy = "Write `input: speed` and `thrust_coefficient`."
+            raise InputError(problem(f"{vehicle.name}: {found}", "rotors that take a speed", remedy))
         self._tilt_of = np.array([-1 if r.tilt is None else r.tilt for r in vehicle.rotors])
         self._k_f = np.array([r.thrust_coefficient for r in vehicle.rotors])
         self._top = np.array([r.max_speed or np.inf for r in vehicle.rotors])

@@ -30,8 +30,8 @@ def respond(t: ArrayLike, command: ArrayLike, time_constant: ArrayLike, max_rate
 
 
 def actuator_values(vehicle: Vehicle, t: ArrayLike, cmd_rotor: ArrayLike, cmd_tilt: ArrayLike) -> tuple[Array, Array]:
-    """Rotor speeds or throttles (n, rotors) and tilts (n, tilts) that the vehicle file declares for these commands."""
-    rotor = respond(t, cmd_rotor, [r.time_constant for r in vehicle.rotors], np.inf)
+    """Rotor inputs (n, rotors), or the wrench (n, 6), and tilts (n, tilts) that the file declares for these commands."""
+    rotor = respond(t, cmd_rotor, vehicle.input_time_constants, np.inf)
     if not vehicle.tilts:
         return rotor, np.zeros((len(rotor), 0))
     tilt = respond(t, cmd_tilt, [a.time_constant for a in vehicle.tilts], [a.max_rate for a in vehicle.tilts])

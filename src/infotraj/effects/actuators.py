@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from infotraj.dynamics.inputs import command_columns
 from infotraj.effects.base import Effect, Parameter
+from infotraj.effects.channels import tilt_columns
 from infotraj.effects.laws import ActuatorLaw
 from infotraj.errors import InputError, problem
 from infotraj.flight import Flight
@@ -15,7 +18,7 @@ from infotraj.vehicle import Vehicle
 
 
 class ActuationDelay(Effect):
-    """Every command, of rotors and tilts, acts `delay` later: transport, bus and computing time."""
+    """Every command, of rotors and tilts or of the wrench, acts `delay` later: transport, bus and computing time."""
 
     name = "actuation_delay"
     place = "actuators"
@@ -26,14 +29,18 @@ class ActuationDelay(Effect):
 
     @classmethod
     def hidden(cls, vehicle: Vehicle, flight: Flight) -> str | None:
-        return coarse(flight, "cmd_rotor_")
+        return coarse(flight, command_columns(vehicle))
 
     def actuators(self, law: ActuatorLaw) -> ActuatorLaw:
         return replace(law, delay=law.delay + self.delay)
 
 
 class RotorLag(Effect):
-    """Rotors follow their commands with the time constant declared + extra: dw/dt = (command - w) / tau."""
+    """Rotors follow their commands with the time constant declared + extra: dw/dt = (command - w) / tau.
+
+    w is the rotors' input: speed, throttle or thrust. A commanded wrench follows its command in the same way, as it
+    does where all rotors' thrusts do.
+    """
 
     name = "rotor_lag"
     place = "actuators"
@@ -44,7 +51,7 @@ class RotorLag(Effect):
 
     @classmethod
     def hidden(cls, vehicle: Vehicle, flight: Flight) -> str | None:
-        return coarse(flight, "cmd_rotor_")
+        return coarse(flight, command_columns(vehicle))
 
     def actuators(self, law: ActuatorLaw) -> ActuatorLaw:
         return replace(law, rotor_time_constant=law.rotor_time_constant + self.extra_time_constant)
@@ -62,7 +69,7 @@ class ServoLag(Effect):
 
     @classmethod
     def hidden(cls, vehicle: Vehicle, flight: Flight) -> str | None:
-        return still_tilts(vehicle, flight) or coarse(flight, "cmd_tilt_")
+        return still_tilts(vehicle, flight) or coarse(flight, tilt_columns(vehicle))
 
     def actuators(self, law: ActuatorLaw) -> ActuatorLaw:
         return replace(law, tilt_time_constant=law.tilt_time_constant + self.extra_time_constant)
@@ -153,11 +160,12 @@ def still_tilts(vehicle: Vehicle, flight: Flight) -> str | None:
     return None if moves.max() > 1e-3 else "no tilt is commanded to move"
 
 
-def coarse(flight: Flight, prefix: str, slowest: float = 0.05) -> str | None:
+def coarse(flight: Flight, columns: Sequence[str], slowest: float = 0.05) -> str | None:
     """The reason where commands are recorded too seldom (every `slowest` s or more) to see how they are followed."""
-    values = flight.get(f"{prefix}0")[:, 0]
-    t = flight.t[np.isfinite(values)]
-    changes = t[1:][np.diff(values[np.isfinite(values)]) != 0]
+    values = flight.get(*columns)
+    known = np.isfinite(values).all(axis=1)
+    t = flight.t[known]
+    changes = t[1:][(np.diff(values[known], axis=0) != 0).any(axis=1)]
     if len(changes) < 2:
         return None
     interval = float(np.median(np.diff(changes)))

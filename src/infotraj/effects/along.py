@@ -32,7 +32,11 @@ class Motion:
 
 @dataclass(frozen=True)
 class Actuation:
-    """Actuators at N instants: rotor input (N, rotors), rad/s or throttle, tilt (N, tilts) rad, and their slopes."""
+    """Actuators at N instants: rotor input (N, rotors), tilt (N, tilts) rad, and their slopes.
+
+    The input is a speed (rad/s), a throttle or a thrust (N), as the vehicle says; of a vehicle that takes a wrench it
+    is the wrench (N, 6), N and N m.
+    """
 
     rotor: Array
     rotor_slope: Array
@@ -104,12 +108,15 @@ class Along:
 
     @property
     def nominal_thrust(self) -> Array:
-        """k_F w^2, or the polynomial of the throttle (N, rotors), N, without any effect."""
+        """k_F w^2, the polynomial of the throttle, or the commanded thrust (N, rotors), N, without any effect.
+
+        Of a vehicle that takes a wrench: the share (N, 1) of it that acts, ones.
+        """
         return self.actuation.keep("nominal_thrust", self._nominal_thrust)
 
     @property
     def speed(self) -> Array:
-        """Rotor speeds (N, rotors) rad/s; of a throttle rotor sqrt(T / k_F)."""
+        """Rotor speeds (N, rotors) rad/s; of a rotor with another input sqrt(T / k_F)."""
         return self.actuation.keep("speeds", self._speeds)[0]
 
     @property
@@ -157,20 +164,22 @@ class Along:
 
     def _nominal_thrust(self) -> Array:
         x = self.actuation.rotor
+        if self.vehicle.inputs == "wrench":
+            return np.ones((len(x), 1))
         c0, c1, c2 = _thrust_polynomials(self.vehicle)
         return c0 + (c1 + c2 * x) * x
 
     def _speeds(self) -> tuple[Array, Array]:
         x, slope = self.actuation.rotor, self.actuation.rotor_slope
-        throttle = np.array([r.input == "throttle" for r in self.vehicle.rotors])
-        if not throttle.any():
+        derived = np.array([r.input != "speed" for r in self.vehicle.rotors])
+        if not derived.any():
             return x, slope
         k_f = np.array([r.thrust_coefficient or np.nan for r in self.vehicle.rotors])
         _, c1, c2 = _thrust_polynomials(self.vehicle)
         speed = np.sqrt(np.maximum(self.nominal_thrust, 0.0) / k_f)
         with np.errstate(divide="ignore", invalid="ignore"):
             rise = np.where(speed > 0, (c1 + 2 * c2 * x) * slope / (2 * k_f * speed), 0.0)
-        return np.where(throttle, speed, x), np.where(throttle, rise, slope)
+        return np.where(derived, speed, x), np.where(derived, rise, slope)
 
 
 def rotor_frames(vehicle: Vehicle, tilt: Array) -> tuple[Array, Array]:
@@ -181,7 +190,8 @@ def rotor_frames(vehicle: Vehicle, tilt: Array) -> tuple[Array, Array]:
 
 def _thrust_polynomials(vehicle: Vehicle) -> Array:
     """Coefficients (3, rotors) of the thrust (N) in the rotor's input."""
-    rows = [(0.0, 0.0, r.thrust_coefficient) if r.input == "speed" else r.thrust_polynomial for r in vehicle.rotors]
+    forms = {"speed": lambda r: (0.0, 0.0, r.thrust_coefficient), "thrust": lambda r: (0.0, 1.0, 0.0)}
+    rows = [forms.get(r.input, lambda r: r.thrust_polynomial)(r) for r in vehicle.rotors]
     return np.array(rows, dtype=float).T
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
-from infotraj.effects.channels import missing_channel
+from infotraj.effects.channels import NO_ROTORS, missing_channel
 from infotraj.effects.laws import ActuatorLaw, BodyLaw, ImuLaw
 from infotraj.errors import InputError, problem
 from infotraj.flight import Flight
@@ -143,7 +143,9 @@ class Effect(ABC):
     @classmethod
     def cannot_show(cls, vehicle: Vehicle, flight: Flight) -> str | None:
         """Why this effect cannot be seen with this vehicle in this flight, or None where it can."""
-        return _first_missing(cls.needs, vehicle, flight) or cls.hidden(vehicle, flight)
+        return (
+            _without_rotors(cls, vehicle) or _first_missing(cls.needs, vehicle, flight) or cls.hidden(vehicle, flight)
+        )
 
     @classmethod
     def hidden(cls, vehicle: Vehicle, flight: Flight) -> str | None:
@@ -152,7 +154,7 @@ class Effect(ABC):
 
     def missing(self, vehicle: Vehicle, flight: Flight) -> str | None:
         """Why the effect with these values cannot be evaluated along the flight, or None."""
-        return _first_missing(self.needs_to_act, vehicle, flight)
+        return _without_rotors(type(self), vehicle) or _first_missing(self.needs_to_act, vehicle, flight)
 
     @cached_property
     def values(self) -> dict[str, float | int | list[float]]:
@@ -236,6 +238,12 @@ class Effect(ABC):
 
 def _first_missing(needs: tuple[str, ...], vehicle: Vehicle, flight: Flight) -> str | None:
     return next((reason for reason in (missing_channel(n, vehicle, flight) for n in needs) if reason is not None), None)
+
+
+def _without_rotors(cls: type[Effect], vehicle: Vehicle) -> str | None:
+    """The reason where the effect acts on single rotors, by its hooks or by its place in their list, and there are none."""
+    acts = any(getattr(cls, h) is not getattr(Effect, h) for h in ("thrust_loss", "rotor_force", "rotor_momentum"))
+    return NO_ROTORS if not vehicle.rotors and (acts or any(p.index for p in cls.parameters)) else None
 
 
 def overrides(effect: Effect, hook: str) -> bool:

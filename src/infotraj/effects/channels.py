@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from infotraj.dynamics.inputs import command_columns
 from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
 from infotraj.vehicle import Vehicle
+
+
+NO_ROTORS = "no rotors in the vehicle file"
 
 
 def rotor_columns(vehicle: Vehicle, prefix: str = "cmd_rotor_") -> list[str]:
@@ -32,11 +36,19 @@ def missing_channel(need: str, vehicle: Vehicle, flight: Flight) -> str | None:
         return "the vehicle file gives no inertia" if vehicle.inertia is None else None
     if need == "tilts":
         return None if vehicle.tilts else "the vehicle has no tilts"
+    if need in ("rotors", "radius", "rotor speed") and not vehicle.rotors:
+        return NO_ROTORS
+    if need == "rotors":
+        return None
+    if need == "reaction torque":
+        known = vehicle.rotors or vehicle.thrust_axis
+        return None if known else f"{NO_ROTORS}, nor a thrust_axis: which torque is their reaction is not known"
     if need == "radius":
         return None if all(r.radius for r in vehicle.rotors) else "the vehicle file gives no rotor radius"
     if need == "rotor speed":
         known = all(r.thrust_coefficient is not None for r in vehicle.rotors)
-        return None if known else "no rotor speed: the rotors take a throttle and have no thrust_coefficient"
+        taken = " or a ".join(sorted({r.input for r in vehicle.rotors if r.thrust_coefficient is None}))
+        return None if known else f"no rotor speed: the rotors take a {taken} and have no thrust_coefficient"
     if need == "attitude":
         return None if flight.has(*ATTITUDE) else "the flight has no attitude (qw..qz)"
     if need == "height":
@@ -69,7 +81,11 @@ def missing_channel(need: str, vehicle: Vehicle, flight: Flight) -> str | None:
         known = flight.has(*SPECIFIC_FORCE) or flight.has(*VELOCITY) or flight.has(*POSITION)
         return reason or (None if known else "the flight has neither specific force nor velocity nor position")
     if need == "rotor commands":
-        return None if flight.has(*rotor_columns(vehicle)) else "the flight has no rotor commands (cmd_rotor_*)"
+        if flight.has(*command_columns(vehicle)):
+            return None
+        wrench = vehicle.inputs == "wrench"
+        what = "commanded wrench (cmd_fx..cmd_tz)" if wrench else "rotor commands (cmd_rotor_*)"
+        return f"the flight has no {what}"
     if need == "tilt commands":
         if not vehicle.tilts:
             return "the vehicle has no tilts"
@@ -80,5 +96,5 @@ def missing_channel(need: str, vehicle: Vehicle, flight: Flight) -> str | None:
 
 
 def _any_command_moves(vehicle: Vehicle, flight: Flight) -> bool:
-    columns = [c for c in rotor_columns(vehicle) + tilt_columns(vehicle) if flight.has(c)]
+    columns = [c for c in command_columns(vehicle) + tilt_columns(vehicle) if flight.has(c)]
     return any(np.nanmax(x) > np.nanmin(x) for x in (flight.get(c) for c in columns))

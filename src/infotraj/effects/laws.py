@@ -14,7 +14,7 @@ from infotraj.vehicle import Vehicle
 class ActuatorLaw:
     """How actuators follow their commands, in this order: delay, lag with rate limit, play, bias.
 
-    delay (s); rotor_time_constant (rotors,) s; tilt_time_constant (tilts,) s; tilt_max_rate (tilts,) rad/s, inf for
+    delay (s); rotor_time_constant (rotors,) s, or (6,) of a commanded wrench; tilt_time_constant (tilts,) s; tilt_max_rate (tilts,) rad/s, inf for
     none; tilt_play (tilts,) rad, half the width; tilt_bias (tilts,) rad.
     """
 
@@ -31,7 +31,7 @@ class ActuatorLaw:
         none = np.zeros(len(vehicle.tilts))
         return cls(
             0.0,
-            np.array([r.time_constant for r in vehicle.rotors]),
+            vehicle.input_time_constants,
             np.array([a.time_constant for a in vehicle.tilts]),
             np.array([a.max_rate for a in vehicle.tilts]),
             none,

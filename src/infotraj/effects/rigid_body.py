@@ -94,5 +94,13 @@ class CenterOfMassOffset(Effect):
 
 
 def arm_length(vehicle: Vehicle) -> float:
-    """Mean distance (m) of the rotors from the body's origin: the size that usual offsets scale with."""
-    return float(np.mean([np.linalg.norm(r.position) for r in vehicle.rotors])) or 0.1
+    """Mean distance (m) of the rotors from the body's origin: the size that usual offsets scale with.
+
+    Where the file has no rotors: that at which half of the mass makes the inertia about z, as motors on arms do; 0.1 m
+    where it does not say that either.
+    """
+    if vehicle.rotors:
+        return float(np.mean([np.linalg.norm(r.position) for r in vehicle.rotors])) or 0.1
+    if vehicle.mass is None or vehicle.inertia is None:
+        return 0.1
+    return float(np.sqrt(2.0 * vehicle.inertia.zz / vehicle.mass))

@@ -1,9 +1,13 @@
-"""Effects on the thrust of the rotors. T = k_F w^2 times every factor, minus every loss."""
+"""Effects on the thrust of the rotors. T = k_F w^2 (or what the input gives) times every factor, minus every loss.
+
+Of a vehicle that takes a wrench, what is the same for all rotors multiplies the wrench.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
+from infotraj.dynamics.actuators import thrusts
 from infotraj.effects.along import Along
 from infotraj.effects.base import Effect, Parameter
 from infotraj.errors import InputError, problem
@@ -39,13 +43,9 @@ class RotorEffectiveness(Effect):
     def check(self, vehicle: Vehicle) -> None:
         super().check(vehicle)
         if self.rotor >= len(vehicle.rotors):
-            raise InputError(
-                problem(
-                    f"{self.name}: rotor {self.rotor}",
-                    f"0 to {len(vehicle.rotors) - 1}, the rotors of {vehicle.name}",
-                    "Correct it.",
-                )
-            )
+            there = f"0 to {len(vehicle.rotors) - 1}, the rotors of {vehicle.name}"
+            expected = there if vehicle.rotors else f"a vehicle with rotors, which {vehicle.name} has not"
+            raise InputError(problem(f"{self.name}: rotor {self.rotor}", expected, "Correct it."))
 
     def thrust_factor(self, along: Along) -> Array:
         factor = np.ones(len(along.vehicle.rotors))
@@ -59,6 +59,7 @@ class CoaxialLoss(Effect):
     name = "coaxial_loss"
     place = "thrust"
     parameters = (Parameter("fraction", "-", 0.15, (0.0, 0.6), meaning="share of a lower rotor's thrust that is lost"),)
+    needs = needs_to_act = ("rotors",)
     source = "Leishman, Principles of Helicopter Aerodynamics, 2.14"
     hidden_when = "the vehicle has no coaxial rotors"
 
@@ -72,17 +73,23 @@ class CoaxialLoss(Effect):
 
 
 class MomentScale(Effect):
-    """Every rotor's reaction torque times `factor`: Q = factor x moment_constant x T."""
+    """Every rotor's reaction torque times `factor`: Q = factor x moment_constant x T.
+
+    Of a vehicle that takes a wrench and has a `thrust_axis`, the commanded torque about it.
+    """
 
     name = "moment_scale"
     place = "thrust"
     parameters = (Parameter("factor", "-", 0.3, (0.0, 3.0), absent=1.0, meaning="true torque per modelled torque"),)
-    needs = ("inertia", "rate")
+    needs = ("inertia", "rate", "reaction torque")
+    needs_to_act = ("reaction torque",)
     source = "Leishman, Principles of Helicopter Aerodynamics, 2.4 (torque coefficient)"
     hidden_when = "coaxial pairs turn at equal speed: their reaction torques cancel"
 
     @classmethod
     def hidden(cls, vehicle: Vehicle, flight: Flight) -> str | None:
+        if vehicle.inputs == "wrench":
+            return None
         if not any(r.moment_constant for r in vehicle.rotors):
             return "the vehicle file gives every rotor a moment_constant of 0"
         return cancelling(vehicle, flight, "reaction torques")
@@ -236,7 +243,7 @@ def arms(vehicle: Vehicle) -> Array:
 def mass_per_speed(vehicle: Vehicle) -> float:
     """Mass over the sum of the rotors' speeds in hover (kg s/rad): what coefficients per rotor speed scale with."""
     k_f = [r.thrust_coefficient for r in vehicle.rotors]
-    if vehicle.mass is None or any(k is None for k in k_f):
+    if vehicle.mass is None or not k_f or any(k is None for k in k_f):
         return 5e-4
     hover = vehicle.mass * vehicle.gravity / len(k_f)
     return vehicle.mass / float(np.sum(np.sqrt(hover / np.array(k_f))))
@@ -245,7 +252,7 @@ def mass_per_speed(vehicle: Vehicle) -> float:
 def cancelling(vehicle: Vehicle, flight: Flight, what: str) -> str | None:
     """The reason where rotors on one axis always turn so that `what` of theirs cancels, else None.
 
-    Asked of commands or measured values, rotor by rotor; rotors belong together that share tilt and axis.
+    what: "reaction torques" or "angular momenta". Asked of commands or measured values, rotor by rotor; rotors belong together that share tilt and axis.
     """
     for prefix in ("cmd_rotor_", "rotor_"):
         columns = [f"{prefix}{i}" for i in range(len(vehicle.rotors))]
@@ -253,18 +260,27 @@ def cancelling(vehicle: Vehicle, flight: Flight, what: str) -> str | None:
             break
     else:
         return None
-    inputs = flight.get(*columns)
-    power = 2 if what == "reaction torques" else 1
+    turn = _torques if what == "reaction torques" else _speeds
+    sizes = turn(vehicle, flight.get(*columns))
     groups: dict[tuple, list[int]] = {}
     for i, rotor in enumerate(vehicle.rotors):
         groups.setdefault((rotor.tilt, tuple(np.round(rotor.axis, 6))), []).append(i)
     net, total = 0.0, 0.0
     for members in groups.values():
-        rotors = [vehicle.rotors[i] for i in members]
-        weight = np.array([(r.moment_constant * (r.thrust_coefficient or 1.0)) if power == 2 else 1.0 for r in rotors])
-        each = np.abs(inputs[:, members]) ** power * weight
-        net = max(net, float(np.nanmax(np.abs(each @ [r.spin for r in rotors]))))
+        each = sizes[:, members]
+        net = max(net, float(np.nanmax(np.abs(each @ [vehicle.rotors[i].spin for i in members]))))
         total = max(total, float(np.nanmax(each.sum(axis=1))))
     if net <= 1e-3 * total:
         return f"rotors on one axis turn at equal speed in opposite senses: their {what} cancel"
     return None
+
+
+def _torques(vehicle: Vehicle, inputs: Array) -> Array:
+    """Sizes (N, rotors) of the rotors' reaction torques, N m."""
+    return np.abs(thrusts(vehicle, inputs)) * [r.moment_constant for r in vehicle.rotors]
+
+
+def _speeds(vehicle: Vehicle, inputs: Array) -> Array:
+    """Speeds (N, rotors) of the rotors, rad/s; of one with another input and no thrust_coefficient in units of its own."""
+    thrust, speed = np.maximum(thrusts(vehicle, inputs), 0.0), [r.input == "speed" for r in vehicle.rotors]
+    return np.where(speed, np.abs(inputs), np.sqrt(thrust / [r.thrust_coefficient or 1.0 for r in vehicle.rotors]))

@@ -15,7 +15,7 @@ from infotraj.effects.base import Effect, overrides
 from infotraj.errors import InputError, problem
 from infotraj.models import body
 from infotraj.models.model import Model
-from infotraj.models.rotor_wrench import RotorWrench, forces_at_rotors
+from infotraj.models.rotor_wrench import forces_at_rotors, wrench_of_inputs
 from infotraj.rotations import Array
 
 _ACTS = ("thrust_factor", "thrust_loss", "reaction_factor", "rotor_force", "rotor_momentum", "wrench", "body")
@@ -36,9 +36,8 @@ class Instant:
         self.vehicle = model.vehicle
         self._bias = law.tilt_bias
         self._body = model.body_law()
-        self._rotor_wrench = RotorWrench(model.vehicle)
-        self._ratio = np.array([-r.spin * r.moment_constant for r in model.vehicle.rotors])
-        self._still = np.zeros((1, len(model.vehicle.rotors))), np.zeros((1, len(model.vehicle.tilts)))
+        self._wrench = wrench_of_inputs(model.vehicle)
+        self._still = np.zeros((1, len(law.rotor_time_constant))), np.zeros((1, len(model.vehicle.tilts)))
         self._by_hook = {hook: [e for e in acting if overrides(e, hook)] for hook in _ACTS}
         self.left_out = tuple(e.name for e in acting if not (_instant(e) or e.name == "servo_bias"))
 
@@ -46,14 +45,14 @@ class Instant:
         """Specific force of the body's origin and angular acceleration (6,), m/s^2 and rad/s^2, body axes.
 
         time (s) since the flight's start; state (13,): position, attitude (w, x, y, z), velocity (world), rate (body);
-        rotor (rotors,) rad/s or throttle and tilt (tilts,) rad: commands that the actuators have reached.
+        rotor: the inputs (rotors,) rad/s, throttle or N, or the wrench (6,) that is commanded; and tilt (tilts,) rad: commands that the actuators have reached.
         """
         attitude = rotations.matrix(state[3:7])
         rate = state[None, 10:13]
         motion = Motion(np.array([time]), attitude[None], state[2:3], (attitude.T @ state[7:10])[None], rate, None)
         actuation = Actuation(rotor[None], self._still[0], (tilt + self._bias)[None], self._still[1])
         along = Along(self.vehicle, motion, actuation)
-        thrust, ratio = along.nominal_thrust, self._ratio
+        thrust, ratio = along.nominal_thrust, self._wrench.ratio
         for effect in self._by_hook["thrust_factor"]:
             thrust = thrust * effect.thrust_factor(along)
         for effect in self._by_hook["thrust_loss"]:
@@ -61,7 +60,7 @@ class Instant:
         for effect in self._by_hook["reaction_factor"]:
             ratio = ratio * effect.reaction_factor(along)
         object.__setattr__(along, "thrust", thrust)
-        wrench = self._rotor_wrench(thrust, ratio, actuation)
+        wrench = self._wrench(thrust, ratio, actuation)
         for effect in self._by_hook["wrench"]:
             wrench = wrench + effect.wrench(along)
         for effect in self._by_hook["rotor_force"]:
@@ -76,7 +75,7 @@ class Instant:
         """The rotors' own wrench (6,), N and N m about the body's origin, body axes, as the vehicle file has it."""
         actuation = Actuation(rotor[None], self._still[0], tilt[None], self._still[1])
         along = Along(self.vehicle, Motion(np.zeros(1), None, None, None, None, None), actuation)
-        return self._rotor_wrench(along.nominal_thrust, self._ratio, actuation)[0]
+        return self._wrench(along.nominal_thrust, self._wrench.ratio, actuation)[0]
 
     @staticmethod
     def _check(effect: Effect) -> None:

@@ -167,16 +167,16 @@ class Model:
         return result
 
     def _thrust(self, along: Along, prepared: Prepared) -> tuple[Array, Array]:
-        """Thrust (N, rotors) after all factors and losses, and the rotors' wrench (N, 6)."""
+        """Thrust (N, rotors) after all factors and losses, and the wrench (N, 6) that the inputs make by it."""
         thrust = along.nominal_thrust
         for effect in self._with("thrust_factor"):
             thrust = thrust * effect.thrust_factor(along)
         for effect in self._with("thrust_loss"):
             thrust = thrust - effect.thrust_loss(along)
-        ratio = np.array([-r.spin * r.moment_constant for r in self.vehicle.rotors])
+        ratio = prepared.wrench.ratio
         for effect in self._with("reaction_factor"):
             ratio = ratio * effect.reaction_factor(along)
-        return thrust, prepared.rotor_wrench(thrust, ratio, along.actuation)
+        return thrust, prepared.wrench(thrust, ratio, along.actuation)
 
     def _spin_up(self, line, momentum: Array, slope: Array, frame: BodyLaw) -> tuple[Array, Array]:
         """Angular acceleration by -dH/dt at the rows, and its mean over each step: the change of H, exactly."""

@@ -13,13 +13,14 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from infotraj import rotations
+from infotraj.dynamics.inputs import for_vehicle
 from infotraj.effects.along import Actuation, Along, Motion, OriginPath
 from infotraj.effects.laws import ActuatorLaw, ImuLaw
 from infotraj.flight import Flight
 from infotraj.models.actuation import rotors_at, tilts_at
 from infotraj.models.interpolation import interpolate
 from infotraj.models.recorded import Recorded, Samples, recorded
-from infotraj.models.rotor_wrench import RotorWrench
+from infotraj.models.rotor_wrench import wrench_of_inputs
 from infotraj.models.timeline import Timeline, timeline
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
@@ -61,13 +62,13 @@ class Segment:
 
 
 class Prepared:
-    """A flight with a vehicle: recorded channels, and results that several predictions share."""
+    """A flight, as its vehicle reads it, with that vehicle: recorded channels, and what several predictions share."""
 
     def __init__(self, vehicle: Vehicle, flight: Flight) -> None:
         self.vehicle = vehicle
-        self.flight = flight
-        self.recorded: Recorded = recorded(vehicle, flight)
-        self.rotor_wrench = RotorWrench(vehicle)
+        self.flight = for_vehicle(flight, vehicle)
+        self.recorded: Recorded = recorded(vehicle, self.flight)
+        self.wrench = wrench_of_inputs(vehicle)
         self.start = float(self.recorded.t[0])
         rows = len(self.recorded.t)
         self.kept = Kept(max(2, min(6, _KEPT_ROWS // rows)))

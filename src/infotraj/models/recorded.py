@@ -7,9 +7,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from infotraj import rotations
-from infotraj.effects.channels import is_derived, rotor_columns, tilt_columns
+from infotraj.dynamics.inputs import command_columns, input_columns
+from infotraj.effects.channels import is_derived, tilt_columns
 from infotraj.errors import InputError, problem
-from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight, command_steps
+from infotraj.flight import (
+    ATTITUDE,
+    COMMANDED_WRENCH,
+    POSITION,
+    RATE,
+    SPECIFIC_FORCE,
+    VELOCITY,
+    Flight,
+    command_steps,
+)
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
@@ -31,7 +41,8 @@ class Samples:
 class Recorded:
     """A flight's channels for one vehicle; None for one that the flight neither holds nor implies.
 
-    Velocities are derived from the positions and rates from the attitudes (central differences over two samples)
+    rotor: inputs of the rotors, or the commanded wrench (m, 6) of a vehicle that takes one; they, and tilts, are
+    commands where the flight has them, else measured. Velocities are derived from the positions and rates from the attitudes (central differences over two samples)
     where the table does not hold them. Of a row with several channels each is used where it has a number.
     """
 
@@ -49,7 +60,10 @@ class Recorded:
 
 
 def recorded(vehicle: Vehicle, flight: Flight) -> Recorded:
-    """Reads the channels. InputError where the flight lacks what every prediction needs: rotors, and tilts if any."""
+    """Reads the channels of a flight as `dynamics.inputs.for_vehicle` gives it.
+
+    InputError where the flight lacks what every prediction needs: the vehicle's inputs, and tilts if any.
+    """
     attitude = _samples(flight, ATTITUDE)
     if attitude is not None:
         unit = rotations.continuous(rotations.normalize(attitude.values))
@@ -63,9 +77,16 @@ def recorded(vehicle: Vehicle, flight: Flight) -> Recorded:
     if rate is None and attitude is not None and len(attitude.times) > 2:
         rate = Samples(attitude.times, _rates(attitude), derived=True)
     steps = command_steps(flight)
-    rotor, rotor_commanded = _actuators(vehicle, flight, "rotor", rotor_columns, steps)
+    columns = input_columns(vehicle, flight)
+    if columns is None:
+        raise _no_inputs(vehicle, flight)
+    rotor_commanded = columns == command_columns(vehicle)
+    columns = list(COMMANDED_WRENCH) if vehicle.inputs == "wrench" else columns
+    rotor = _commanded(flight, columns, steps) if rotor_commanded else _samples(flight, columns)
+    if rotor is None:
+        raise _no_inputs(vehicle, flight)
     if vehicle.tilts:
-        tilt, tilt_commanded = _actuators(vehicle, flight, "tilt", tilt_columns, steps)
+        tilt, tilt_commanded = _tilts(vehicle, flight, steps)
     else:
         tilt, tilt_commanded = Samples(rotor.times[:1], np.zeros((1, 0))), False
     return Recorded(
@@ -93,29 +114,49 @@ def _samples(flight: Flight, columns: tuple[str, ...] | list[str]) -> Samples | 
     return Samples(flight.t[good], values[good], is_derived(flight, tuple(columns)))
 
 
-def _actuators(vehicle, flight, what, columns, steps) -> tuple[Samples, bool]:
-    """Commands as events, each channel held until its next number; else the measured values.
+def _commanded(flight: Flight, columns: list[str], steps: int) -> Samples:
+    """Commands as events, each channel held until its next number.
 
     Where the flight's metadata say that commands made several steps between two rows, these lie evenly on the line
     between them.
     """
-    commands = columns(vehicle, f"cmd_{what}_")
+    values = flight.table[columns]
+    any_number = values.notna().any(axis=1).to_numpy()
+    held = values.ffill().bfill().to_numpy(dtype=float)
+    return _in_steps(Samples(flight.t[any_number], held[any_number]), steps)
+
+
+def _tilts(vehicle: Vehicle, flight: Flight, steps: int) -> tuple[Samples, bool]:
+    commands = tilt_columns(vehicle)
     if flight.has(*commands):
-        values = flight.table[commands]
-        any_number = values.notna().any(axis=1).to_numpy()
-        held = values.ffill().bfill().to_numpy(dtype=float)
-        logged = Samples(flight.t[any_number], held[any_number])
-        return _in_steps(logged, steps), True
-    measured = _samples(flight, columns(vehicle, f"{what}_"))
+        return _commanded(flight, commands, steps), True
+    measured = _samples(flight, tilt_columns(vehicle, "tilt_"))
     if measured is None:
-        raise InputError(
-            problem(
-                f"{flight.meta.get('source', 'flight')}: neither {commands[0]}.. nor {what}_0.. for {vehicle.name}",
-                f"{len(commands)} columns of commanded or measured {what} values",
-                "Add them to the log or to its mapping.",
-            )
-        )
+        what = f"{flight.meta.get('source', 'flight')}: neither {commands[0]}.. nor tilt_0.. for {vehicle.name}"
+        expected = f"{len(commands)} columns of commanded or measured tilts"
+        raise InputError(problem(what, expected, "Add them to the log or to its mapping."))
     return measured, False
+
+
+def _no_inputs(vehicle: Vehicle, flight: Flight) -> InputError:
+    """What to say of a flight without the inputs of its vehicle; the wrench may be what it has instead."""
+    source, columns = flight.meta.get("source", "flight"), command_columns(vehicle)
+    if vehicle.inputs == "wrench":
+        lacking = [c for c in columns if not flight.has(c)]
+        remedy = "Add them to the log or to its mapping"
+        if vehicle.thrust_axis is None and flight.has("cmd_fz") and set(lacking) <= {"cmd_fx", "cmd_fy"}:
+            remedy = "Write `thrust_axis: [0, 0, 1]` into the vehicle file if its rotors push along body z only"
+        elif all(c.startswith("cmd_t") for c in lacking):
+            remedy += ", or leave `inertia` out of the vehicle file: forces alone are then judged"
+        what = f"{source}: no {', '.join(lacking)} for {vehicle.name}"
+        return InputError(problem(what, f"the commanded wrench, {', '.join(columns)}", f"{remedy}."))
+    what = f"{source}: neither {columns[0]}.. nor rotor_0.. for {vehicle.name}"
+    remedy = "Add them to the log or to its mapping."
+    if flight.has("cmd_fz"):
+        remedy = (
+            f"Map the rotors, or write `inputs: wrench` in place of {vehicle.name}'s `rotors` to use cmd_fx..cmd_tz."
+        )
+    return InputError(problem(what, f"{len(columns)} columns of commanded or measured rotor values", remedy))
 
 
 def _in_steps(logged: Samples, count: int) -> Samples:

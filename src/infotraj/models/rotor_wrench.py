@@ -17,9 +17,13 @@ from infotraj.vehicle import Vehicle
 
 
 class RotorWrench:
-    """Force (N) and torque (N m) about the body's origin, body axes, of a vehicle's rotors."""
+    """Force (N) and torque (N m) about the body's origin, body axes, of a vehicle's rotors.
+
+    ratio (rotors,) m: their reaction torques along their axes, a unit of thrust, as the vehicle file has them.
+    """
 
     def __init__(self, vehicle: Vehicle) -> None:
+        self.ratio = np.array([-r.spin * r.moment_constant for r in vehicle.rotors])
         of_rotor = np.array([-1 if r.tilt is None else r.tilt for r in vehicle.rotors])
         self._tilting = np.flatnonzero(of_rotor >= 0)
         self._tilt = of_rotor[self._tilting]
@@ -69,6 +73,31 @@ class RotorWrench:
         )
         constant = (still + half) / 2
         return np.array([constant, (still - half) / 2, quarter - constant])
+
+
+class CommandedWrench:
+    """The wrench of a vehicle that takes one: what is commanded, as it follows its command, times what acts of it.
+
+    A thrust is here the share (N, 1) of the command that acts, 1 by itself. ratio (1,), 1 by itself: what multiplies the
+    torque about the vehicle's `thrust_axis`, which is the rotors' reaction torque.
+    """
+
+    def __init__(self, vehicle: Vehicle) -> None:
+        self.ratio = np.ones(1)
+        self._axis = None if vehicle.thrust_axis is None else np.array(vehicle.thrust_axis)
+
+    def __call__(self, share: Array, torque_ratio: Array, actuation: Actuation) -> Array:
+        """The wrench (N, 6) of shares (N, 1) of the commands; torque_ratio: (1,), or (N, 1) where it changes."""
+        total = share * actuation.rotor
+        if self._axis is not None:
+            about = total[:, 3:] @ self._axis
+            total[:, 3:] += (torque_ratio - 1.0) * about[:, None] * self._axis
+        return total
+
+
+def wrench_of_inputs(vehicle: Vehicle) -> RotorWrench | CommandedWrench:
+    """How the wrench follows from a vehicle's inputs."""
+    return CommandedWrench(vehicle) if vehicle.inputs == "wrench" else RotorWrench(vehicle)
 
 
 def rotor_wrench(position: Array, axis: Array, thrust: Array, reaction: Array) -> Array:
