@@ -90,7 +90,7 @@ class Rotor(_Strict):
             )
         if self.input == "thrust" and self.max_speed is not None and self.thrust_coefficient is None:
             raise ValueError(
-                f"{self.name}: `max_speed` says nothing of a thrust without `thrust_coefficient`; remove it, or add that"
+                f"{self.name}: `max_speed` limits no thrust without `thrust_coefficient`; remove it, or add that"
             )
         return self
 

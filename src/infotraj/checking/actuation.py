@@ -1,10 +1,13 @@
-"""With a vehicle file: can these commands carry this vehicle? A wrong unit shows as a thrust that is not the weight."""
+"""With a vehicle file: are these its commands, and do they carry it? A wrong unit shows as a thrust unlike the weight."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from infotraj.checking.finding import Finding
+from infotraj.dynamics.actuators import body_wrench
+from infotraj.dynamics.inputs import SURPLUS, for_vehicle, speed_columns, surplus
+from infotraj.errors import InputError
 from infotraj.flight import COMMANDED_FORCE, SPECIFIC_FORCE, Flight
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
@@ -12,8 +15,23 @@ from infotraj.vehicle import Vehicle
 # Thrust coefficients, batteries and masses are wrong by tens of per cent; units by far more.
 TOLERATED = 2.5
 RPM = 60 / (2 * np.pi)
-# factor on the thrust that a misread unit makes, and what it then is
-ROTOR_UNITS = ((RPM**2, "rpm, not rad/s"), (RPM**-2, "rad/s that were converted from rpm"))
+# Factor on the thrust that a misread unit makes, what it then is, and the setting that mends it.
+Unit = tuple[float, str, str]
+UNITS: dict[str, tuple[Unit, ...]] = {
+    "speed": (
+        (RPM**2, "rpm, not rad/s", "rotor_command.unit=rpm"),
+        (RPM**-2, "rad/s that were converted from rpm", f"rotor_command.scale={RPM:.6g}"),
+    ),
+    "thrust": (
+        (1000 / 9.80665, "gf, not N", "rotor_command.scale=0.00980665"),
+        (1 / 9.80665, "kgf, not N", "rotor_command.scale=9.80665"),
+        (1000.0, "mN, not N", "rotor_command.scale=0.001"),
+    ),
+}
+# Full scale of what a motor is told instead of a throttle (0..1), by the unit's name in a mapping.
+THROTTLES = (("percent", 0.0, 100.0), ("pwm_us", 800.0, 2300.0), ("dshot", 40.0, 2100.0), ("pwm16", 0.0, 65535.0))
+# A rotor that turns back for more than this share of the flight reverses; single samples are noise about standstill.
+_REVERSES = 0.02
 
 
 def carrying_findings(flight: Flight, airborne: Array, vehicle: Vehicle | None) -> list[Finding]:
@@ -26,16 +44,28 @@ def carrying_findings(flight: Flight, airborne: Array, vehicle: Vehicle | None) 
     if not 0.5 * vehicle.gravity < felt < 2 * vehicle.gravity:
         return []  # the accelerometer's unit is in question itself
     found = []
+    try:
+        flight = for_vehicle(flight, vehicle)
+    except InputError:
+        return []  # which of its columns are this vehicle's is in question
     thrust = rotor_thrust(flight, vehicle)
     if thrust is not None:
         ratio = _median(thrust[airborne]) / (vehicle.mass * felt)
-        count = len(vehicle.rotors)
-        found += _judged(ratio, "rotor_unit", "the rotor commands make", f"cmd_rotor_0..{count - 1}", ROTOR_UNITS)
+        count, inputs = len(vehicle.rotors), {r.input for r in vehicle.rotors}
+        if inputs == {"throttle"}:
+            units = _throttle_unit(flight.numbered("cmd_rotor_")[airborne], ratio)
+        else:
+            units = UNITS[inputs.pop()] if len(inputs) == 1 else ()
+        found += _judged(ratio, "rotor_unit", "the rotor commands make", f"cmd_rotor_0..{count - 1}", units)
     if flight.has(*COMMANDED_FORCE):
         size = _median(np.linalg.norm(flight.get(*COMMANDED_FORCE)[airborne], axis=1))
         units = (
-            (1 / vehicle.mass, "m/s^2 (mass-normalised), not N"),
-            (1 / (vehicle.mass * vehicle.gravity), "weights"),
+            (1 / vehicle.mass, "m/s^2 (mass-normalised), not N", f"commanded_force.scale={vehicle.mass:.6g}"),
+            (
+                1 / (vehicle.mass * vehicle.gravity),
+                "weights",
+                f"commanded_force.scale={vehicle.mass * vehicle.gravity:.6g}",
+            ),
         )
         found += _judged(
             size / (vehicle.mass * felt), "command_unit", "the commanded force is", "cmd_fx..cmd_fz", units
@@ -46,24 +76,79 @@ def carrying_findings(flight: Flight, airborne: Array, vehicle: Vehicle | None) 
 def rotor_thrust(flight: Flight, vehicle: Vehicle) -> Array | None:
     """The size of the rotors' summed thrust vector (n,), N, commanded (else measured) and with commanded tilts; None
     where the log does not have one column for each rotor."""
-    rotors, tilts = flight.numbered("cmd_rotor_"), flight.numbered("cmd_tilt_")
-    if not rotors.shape[1]:
-        rotors, tilts = flight.numbered("rotor_"), flight.numbered("tilt_")
-    if rotors.shape[1] != len(vehicle.rotors) or (vehicle.tilts and tilts.shape[1] != len(vehicle.tilts)):
+    for prefix in ("cmd_", ""):
+        rotors, tilts = flight.numbered(f"{prefix}rotor_"), flight.numbered(f"{prefix}tilt_")
+        if rotors.shape[1]:
+            break
+    if not vehicle.rotors or rotors.shape[1] != len(vehicle.rotors) or tilts.shape[1] < len(vehicle.tilts):
         return None
-    total = np.zeros((len(flight.table), 3))
-    for k, rotor in enumerate(vehicle.rotors):
-        if rotor.input == "throttle" and rotor.thrust_polynomial is not None:
-            thrust = np.polynomial.polynomial.polyval(rotors[:, k], rotor.thrust_polynomial)
-        elif rotor.thrust_coefficient is not None:
-            thrust = rotor.thrust_coefficient * rotors[:, k] ** 2
-        else:
-            return None
-        axis = np.broadcast_to(np.asarray(rotor.axis), total.shape)
-        if rotor.tilt is not None:
-            axis = _turned(np.asarray(rotor.axis), np.asarray(vehicle.tilts[rotor.tilt].axis), tilts[:, rotor.tilt])
-        total += thrust[:, None] * axis
-    return np.linalg.norm(total, axis=1)
+    return np.linalg.norm(body_wrench(vehicle, rotors, tilts)[:, :3], axis=1)
+
+
+def column_findings(flight: Flight, airborne: Array, vehicle: Vehicle | None) -> list[Finding]:
+    """Columns of more rotors or tilts than the vehicle has, and signs that speeds of rotors carry."""
+    if vehicle is None:
+        return []
+    return [_surplus(s) for s in surplus(flight, vehicle)] + _signed(flight, airborne, vehicle)
+
+
+def _surplus(found) -> Finding:
+    columns = f"{found.columns[0]}..{found.columns[-1]}" if len(found.columns) > 1 else found.columns[0]
+    if found.used:
+        return Finding(
+            SURPLUS,
+            "reject",
+            f"{found.in_use} columns {found.prefix}* are in use, and the vehicle has {found.wanted}",
+            "which of them are the vehicle's own, and in which order, is not known",
+            f"give the flight's own vehicle file, or {found.remedy}",
+            channels=found.used,
+            values={"columns": found.count, "vehicle": found.wanted},
+            settings=(found.setting,) if found.picked else (),
+        )
+    return Finding(
+        "unused_columns",
+        "note",
+        f"{columns} are beyond the vehicle's {found.wanted} and unused (empty, zero or unchanged throughout)",
+        "they are left out",
+        "nothing",
+        channels=found.columns,
+    )
+
+
+def _signed(flight: Flight, airborne: Array, vehicle: Vehicle) -> list[Finding]:
+    """A note where speeds are negative; a warning where a rotor turns both ways, which no vehicle file here can say."""
+    negative, both = [], []
+    for column in speed_columns(vehicle, flight):
+        x = flight.get(column)[airborne, 0]
+        x = x[np.isfinite(x)]
+        if not x.size or x.min() >= 0.0:
+            continue
+        forward, back = (float(np.mean(side > 0.1 * np.median(np.abs(x)))) for side in (x, -x))
+        (both if min(forward, back) > _REVERSES else negative).append(column)
+    found = []
+    if negative:
+        found.append(
+            Finding(
+                "signed_speeds",
+                "note",
+                f"{', '.join(negative)} are negative: the sign says which way a rotor turns",
+                "speeds are read by magnitude: the vehicle file's rotors turn one way, by their `spin`",
+                "nothing",
+                channels=tuple(negative),
+            )
+        )
+    if both:
+        found.append(
+            Finding(
+                "reversing_rotors",
+                "warning",
+                f"{', '.join(both)} turn both ways in flight",
+                "a rotor of the vehicle file pushes one way: where it turns back its thrust is predicted the wrong way",
+                "cut the log to where the rotors turn one way",
+                channels=tuple(both),
+            )
+        )
+    return found
 
 
 def _median(x: Array) -> float:
@@ -71,26 +156,34 @@ def _median(x: Array) -> float:
     return float(np.median(x)) if x.size else float("nan")
 
 
-def _turned(vector: Array, axis: Array, angle: Array) -> Array:
-    # Rodrigues' formula
-    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
-    return c * vector + s * np.cross(axis, vector) + (1 - c) * (axis @ vector) * axis
+def _throttle_unit(commands: Array, ratio: float) -> tuple[Unit, ...]:
+    """What commands (n, rotors) beyond a throttle's range are, by the range that they keep to."""
+    known = commands[np.isfinite(commands)]
+    if not known.size or np.percentile(known, 99) <= 1.5:
+        return ()
+    low, high = np.percentile(known, [1, 99])
+    names = [name for name, bottom, top in THROTTLES if bottom <= low and high <= top]
+    return tuple((ratio, f"{name}, not a throttle (0..1)", f"rotor_command.unit={name}") for name in names[:1])
 
 
-def _judged(ratio: float, code: str, what: str, columns: str, units: tuple[tuple[float, str], ...]) -> list[Finding]:
+def _judged(ratio: float, code: str, what: str, columns: str, units: tuple[Unit, ...]) -> list[Finding]:
     if not np.isfinite(ratio) or 1 / TOLERATED < ratio < TOLERATED:
         return []
-    fitting = [text for factor, text in units if 1 / TOLERATED < ratio / factor < TOLERATED]
-    guess = f": they are in {fitting[0]}" if fitting else ""
+    fitting = [(text, setting) for factor, text, setting in units if 1 / TOLERATED < ratio / factor < TOLERATED]
+    guess = f": they are in {fitting[0][0]}" if fitting else ""
+    remedy = f"check the unit of {columns}, and mass and thrust coefficients in the vehicle file"
+    if fitting:
+        remedy = f"infotraj import LOG --set {fitting[0][1]}; or correct mass and thrust in the vehicle file"
     return [
         Finding(
             code,
             "reject",
             f"{what} {ratio:.3g} times what carries the vehicle{guess}",
             "the prediction would be wrong by that factor",
-            f"check the unit of {columns}, and mass and thrust coefficients in the vehicle file",
+            remedy,
             sure=0.99 if fitting else 0.95,
             channels=(columns,),
             values={"ratio": ratio},
+            settings=(fitting[0][1],) if fitting else (),
         )
     ]

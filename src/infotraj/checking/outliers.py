@@ -182,6 +182,8 @@ def impossible_commands(flight: Flight, airborne: Array, vehicle: Vehicle | None
     found = []
     if rotors.shape[1] and np.isfinite(rotors).any():
         top = _full_scale(rotors, vehicle)
+        speeds = top > 1.0 and (vehicle is None or all(r.input == "speed" for r in vehicle.rotors))
+        rotors = np.abs(rotors) if speeds else rotors  # a speed's sign says which way the rotor turns
         with np.errstate(invalid="ignore"):
             bad = ((rotors < -0.01 * top) | (rotors > 1.02 * top)).any(axis=1)
         if bad.any():
@@ -251,13 +253,16 @@ def _commands(flight: Flight, bad: Array, airborne: Array, columns: tuple[str, .
 
 
 def _full_scale(rotors: Array, vehicle: Vehicle | None) -> float:
-    if vehicle is not None and vehicle.rotors[0].input == "throttle":
+    given = vehicle.rotors if vehicle else ()
+    if given and given[0].input == "throttle":
         return 1.0
-    limits = [r.max_speed for r in vehicle.rotors if r.max_speed] if vehicle else []
+    limits = [r.max_speed for r in given if r.max_speed]
+    if limits and given[0].input == "thrust":
+        return max(r.thrust_coefficient * r.max_speed**2 for r in given if r.max_speed)
     if limits:
         return float(max(limits))
     # without a vehicle: most samples at or below 1 are a throttle; speeds have no scale that is known
-    usual = float(np.nanpercentile(rotors, 90))
+    usual = float(np.nanpercentile(np.abs(rotors), 90))
     return 1.0 if usual <= 1.0 else 20 * usual
 
 

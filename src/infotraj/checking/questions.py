@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from infotraj.checking.finding import Finding
+from infotraj.dynamics.inputs import command_columns, input_columns
 from infotraj.flight import (
     ATTITUDE,
     COMMANDED_WRENCH,
@@ -15,6 +16,9 @@ from infotraj.flight import (
     VELOCITY,
     Flight,
 )
+from infotraj.vehicle import Vehicle
+
+Need = tuple[tuple[str, ...], ...]
 
 
 @dataclass(frozen=True)
@@ -22,56 +26,77 @@ class Question:
     """`needs` lists groups of columns, any one of which is enough for that need; all needs must be met."""
 
     name: str
-    needs: tuple[tuple[tuple[str, ...], ...], ...]
+    needs: tuple[Need, ...]
 
 
 _POSE = ((POSITION,), (ATTITUDE,))
+# What the vehicle's inputs are, the vehicle file says; without one, anything that drives a vehicle will do.
 _INPUT = (("cmd_rotor_0",), ("rotor_0",), COMMANDED_WRENCH)
+_COMMAND = (("cmd_rotor_0",), COMMANDED_WRENCH)
 QUESTIONS: tuple[Question, ...] = (
     Question("rollouts (open-loop prediction from a recorded state)", (*_POSE, _INPUT)),
     Question("whether the attitude means what it says (frame, order, direction)", ((ATTITUDE,), (RATE,))),
     Question("whether rates are in rad/s and in the body frame", ((ATTITUDE,), (RATE,))),
     Question("whether the clocks of pose and IMU agree", ((ATTITUDE, POSITION), (RATE, SPECIFIC_FORCE))),
-    Question("force errors", ((SPECIFIC_FORCE, VELOCITY, POSITION), _INPUT)),
-    Question("torque errors", ((RATE, ATTITUDE), _INPUT)),
+    Question("force errors", ((SPECIFIC_FORCE, VELOCITY + ATTITUDE), _INPUT)),
+    Question("torque errors", ((RATE,), _INPUT)),
     Question("drag (needs a velocity and an attitude)", ((VELOCITY, POSITION), (ATTITUDE,), _INPUT)),
     Question("steady_force and wind (need the world's axes)", ((ATTITUDE,), _INPUT)),
     Question("ground_effect (needs a height)", ((POSITION,), _INPUT)),
     Question("suspended_load (needs the world's axes)", ((ATTITUDE,), _INPUT)),
     Question("gyro_bias (needs an attitude beside the gyro)", ((ATTITUDE,), (RATE,))),
-    Question("rotor_lag, servo_lag and actuation_delay (need commands)", ((("cmd_rotor_0",), COMMANDED_WRENCH),)),
+    Question("rotor_lag, servo_lag and actuation_delay (need commands)", (_COMMAND,)),
     Question("the experiment (needs the commanded wrench)", ((COMMANDED_WRENCH,),)),
     Question("battery_sag by voltage", ((("battery",),),)),
     Question("tracking errors", ((REFERENCE_POSITION,), (POSITION,))),
 )
 
 
-def unanswerable(flight: Flight) -> dict[str, list[str]]:
-    """For each question that this log cannot answer, the columns that would help (one of each entry)."""
+def unanswerable(flight: Flight, vehicle: Vehicle | None = None) -> dict[str, list[str]]:
+    """For each question that this log cannot answer, the columns that would help (one of each entry).
+
+    With a vehicle its own inputs are asked for, as a prediction does; without one any that drive a vehicle are enough.
+    """
     out: dict[str, list[str]] = {}
     for question in QUESTIONS:
-        missing = [need for need in question.needs if not any(flight.has(*g) for g in need)]
+        needs = [n for need in question.needs for n in _of_vehicle(need, vehicle)]
+        missing = [need for need in needs if not any(flight.has(*g) for g in need)]
         if missing:
             out[question.name] = [" or ".join(_name(g) for g in need) for need in missing]
     return out
 
 
-def question_findings(flight: Flight) -> list[Finding]:
+def question_findings(flight: Flight, vehicle: Vehicle | None = None) -> list[Finding]:
     """One note that names the unanswerable questions; a rejection where the log holds nothing that a model predicts."""
-    missing = unanswerable(flight)
+    missing = unanswerable(flight, vehicle)
     if not missing:
         return []
     nothing = not any(flight.has(*g) for g in (POSITION, ATTITUDE, VELOCITY, RATE, SPECIFIC_FORCE))
+    remedy = "map more channels: " + ", ".join(sorted({m for needs in missing.values() for m in needs}))
+    if vehicle is not None and vehicle.rotors and input_columns(vehicle, flight) is None and flight.has("cmd_fz"):
+        remedy += f"; or write `inputs: wrench` in place of {vehicle.name}'s `rotors`: the commanded wrench is here"
     return [
         Finding(
             "nothing_measured" if nothing else "cannot_answer",
             "reject" if nothing else "note",
             "no motion is in this log" if nothing else "this log cannot answer: " + "; ".join(missing),
             "no model can be compared with it" if nothing else "answers about these will be Not testable here",
-            "map more channels: " + ", ".join(sorted({m for needs in missing.values() for m in needs})),
+            remedy,
             values={"missing": missing},
         )
     ]
+
+
+def _of_vehicle(need: Need, vehicle: Vehicle | None) -> list[Need]:
+    """A need in the vehicle's own columns: its inputs, commanded or measured, and its tilts."""
+    if vehicle is None or need not in (_INPUT, _COMMAND):
+        return [need]
+    found, measured = [], need is _INPUT
+    for parts, kind in ((vehicle.rotors, "rotor"), (vehicle.tilts, "tilt")):
+        if parts:
+            prefixes = ("cmd_", "") if measured else ("cmd_",)
+            found.append(tuple(tuple(f"{p}{kind}_{i}" for i in range(len(parts))) for p in prefixes))
+    return found or [(tuple(command_columns(vehicle)),)]
 
 
 def _name(group: tuple[str, ...]) -> str:

@@ -10,7 +10,7 @@ import pandas as pd
 
 from infotraj import rotations
 from infotraj.checking import outliers, timing
-from infotraj.checking.actuation import carrying_findings
+from infotraj.checking.actuation import carrying_findings, column_findings
 from infotraj.checking.airborne import airborne_rows, no_flight
 from infotraj.checking.beside import Beside
 from infotraj.checking.conventions import convention_findings
@@ -103,11 +103,11 @@ def examine(
         at = np.any([(flight.t >= a) & (flight.t <= b) for a, b in when], axis=0)
         flight = _voided(flight, at, (column,))
     findings += outliers.impossible_values(flight, air.rows)
-    findings += carrying_findings(flight, air.rows, vehicle)
+    findings += column_findings(flight, air.rows, vehicle) + carrying_findings(flight, air.rows, vehicle)
     gravity = vehicle.gravity if vehicle else GRAVITY
     moved = judge_motion(flight, air, gravity, others, judge)
     findings += moved.findings
-    findings += reference_not_followed(flight, air.rows) + question_findings(flight)
+    findings += reference_not_followed(flight, air.rows) + question_findings(flight, vehicle)
     covered = coverage(flight, air.rows)
     findings += excitation_findings(covered)
     findings = ordered(_distinct(findings))
@@ -123,7 +123,7 @@ def examine(
         findings,
         usable_spans(start, stop, findings),
         covered,
-        unanswerable(flight),
+        unanswerable(flight, vehicle),
         {name: (lag.lag, lag.error) for name, lag in moved.lags.items()},
     )
 

@@ -90,7 +90,8 @@ def equation_error(
     start, stop: s, the part of the flight that is scored; the prediction always starts with the flight. InputError
     where the flight lacks the commands that the vehicle needs.
     """
-    prediction = model.predict(flight)
+    prepared = model.prepare(flight)
+    flight, prediction = prepared.flight, model.predict(prepared)
     t, vehicle = flight.t, model.vehicle
     keep, left_out = _scored_rows(flight, vehicle, prediction, start, stop)
     reasons = {axis: why for axis, why in prediction.testable.items() if why is not None}

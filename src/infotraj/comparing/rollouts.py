@@ -91,6 +91,7 @@ def rollouts(
     """
     horizons = tuple(horizons)
     prepared = Prepared(model.vehicle, flight)
+    flight = prepared.flight
     reason = _cannot(model, prepared)
     if reason is not None:
         return Rollouts(np.zeros(0), np.zeros((0, len(horizons), 4)), horizons, reason=reason)

@@ -20,6 +20,7 @@ from infotraj.diagnosis.observation import Member, Observation
 from infotraj.diagnosis.sensitivities import sensitivities
 from infotraj.diagnosis.sharpening import sharp_fit
 from infotraj.diagnosis.sparse_commands import between_rows, fits_better, likeliest_steps, sparse
+from infotraj.dynamics.inputs import for_vehicle
 from infotraj.effects import catalogue, effect_class
 from infotraj.errors import InfotrajError, InputError, UsageError, problem
 from infotraj.flight import Flight, command_steps
@@ -90,6 +91,7 @@ def add(
     UsageError for a name that does not exist; InputError where the flights cannot show an effect.
     """
     vehicle = model.vehicle
+    flights = [for_vehicle(f, vehicle) for f in flights]
     catalog = catalogue(effects_from)
     for name in names:
         effect_class(name.split(":")[0], effects_from)

@@ -72,9 +72,7 @@ def contradictions(errors: Sequence[EquationError], vehicle: Vehicle) -> dict[st
         )
     if weight and not found:
         best = float(lags[int(total.argmax())])
-        slowest = max(
-            [r.time_constant or 0.0 for r in vehicle.rotors] + [x.time_constant or 0.0 for x in vehicle.tilts]
-        )
+        slowest = max([*vehicle.input_time_constants, *(x.time_constant for x in vehicle.tilts)])
         if best < -(slowest + _LEAD + step):
             found["time stamps"] = (
                 f"the vehicle responds {-1000 * best:.0f} ms before its commands: they are stamped late or held, and "

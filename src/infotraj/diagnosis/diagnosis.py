@@ -23,6 +23,7 @@ from infotraj.diagnosis.unexplained import Unexplained, unexplained
 from infotraj.diagnosis.verdicts import CONFIDENT, Finding, Judge, widening
 from infotraj.diagnosis.whitened import blocks, noise_model
 from infotraj.diagnosis.withheld import withheld
+from infotraj.dynamics.inputs import for_vehicle
 from infotraj.effects import Effect, catalogue
 from infotraj.errors import InputError, problem
 from infotraj.flight import Flight, command_steps
@@ -105,6 +106,7 @@ def diagnose(
     rng = np.random.default_rng(seed)
     catalog = catalogue(effects_from)
     vehicle = model.vehicle
+    flights = [for_vehicle(f, vehicle) for f in flights]
     known, hidden = candidates(catalog, vehicle, flights)
     held = held_members(model, flights[0])
     observation = observe(model, flights, start, stop)

@@ -62,7 +62,8 @@ def named(samples: FlightSamples, prediction: Prediction, time: Array) -> dict[s
         w = at(r.rate)
         out |= {f"w{a}": w[:, i] for i, a in enumerate("xyz")}
         out |= {f"w{a}w{b}": w[:, i] * w[:, j] for i, a in enumerate("xyz") for j, b in enumerate("xyz") if i <= j}
-    out["mean rotor command"] = at(r.rotor).mean(axis=1)
+    if samples.prepared.vehicle.rotors:
+        out["mean rotor command"] = at(r.rotor).mean(axis=1)
     for i, values in enumerate(at(r.tilt).T):
         out |= {f"sin tilt {i}": np.sin(values), f"cos tilt {i}": np.cos(values)}
     if r.battery is not None:

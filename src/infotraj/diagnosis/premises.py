@@ -19,6 +19,8 @@ from infotraj.checking.airborne import airborne_rows
 from infotraj.comparing.equation_error import equation_error
 from infotraj.diagnosis import agreement, vehicle_faults
 from infotraj.diagnosis.candidates import Candidate
+from infotraj.dynamics.inputs import input_columns
+from infotraj.effects.channels import tilt_columns
 from infotraj.errors import InputError, problem
 from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
 from infotraj.models import Model
@@ -36,17 +38,10 @@ _STILL_FORCE = 0.3  # m/s^2, standard deviation of 0.1 s means, where there is n
 def examined(flight: Flight, vehicle: Vehicle) -> Flight:
     """The flight without the samples that `check` finds dead, stuck or contradicted: these cells are empty.
 
-    InputError where it has columns of more rotors or tilts than the vehicle, and where `check` rejects it: no flight,
-    units, frames or conventions other than declared.
+    InputError where `check` rejects it: no flight, units, frames or conventions other than declared, columns in use of
+    more rotors or tilts than the vehicle has.
     """
     source = flight.meta.get("source", "flight")
-    for prefix, parts in (("rotor_", vehicle.rotors), ("tilt_", vehicle.tilts)):
-        for kind in ("cmd_" + prefix, prefix):
-            count = flight.numbered(kind).shape[1]
-            if count > len(parts):
-                what = f"{source}: {count} columns {kind}*"
-                expected = f"{len(parts)} as {vehicle.name} has"
-                raise InputError(problem(what, expected, "Give the flight's own vehicle file."))
     cells = flight.table.copy()
     for finding in examine(flight, vehicle).findings:
         if finding.severity == "reject":
@@ -144,8 +139,9 @@ def _rms(x: Array) -> float:
 def _thin(flight: Flight, rows: NDArray, vehicle: Vehicle) -> str | None:
     """The reason where the actuators' samples are too far apart, or never change, to say what the vehicle did."""
     for name, step in _steps(flight, rows, vehicle).items():
-        if "rotors" in name and np.isinf(step):
-            return f"the {name} never change: the motion does not come from them"
+        if "tilts" not in name and np.isinf(step):
+            words = ("never changes", "it") if "wrench" in name else ("never change", "them")
+            return f"the {name} {words[0]}: the motion does not come from {words[1]}"
         if LONGEST_STEP < step < np.inf:
             return (
                 f"the {name} are known every {1000 * step:.0f} ms only ({1 / step:.0f} Hz): what the "
@@ -155,24 +151,22 @@ def _thin(flight: Flight, rows: NDArray, vehicle: Vehicle) -> str | None:
 
 
 def command_step(flight: Flight, vehicle: Vehicle) -> float:
-    """s between rows in which the rotors are known, the median; 0 where they never are."""
-    for kind in ("cmd_rotor_", "rotor_"):
-        columns = [f"{kind}{i}" for i in range(len(vehicle.rotors))]
-        if flight.has(*columns):
-            known = np.isfinite(flight.get(*columns)).all(axis=1)
-            return float(np.median(np.diff(flight.t[known]))) if known.sum() > 1 else 0.0
-    return 0.0
+    """s between rows in which the rotors (or the wrench) are known, the median; 0 where they never are."""
+    columns = input_columns(vehicle, flight)
+    if columns is None:
+        return 0.0
+    known = np.isfinite(flight.get(*columns)).all(axis=1)
+    return float(np.median(np.diff(flight.t[known]))) if known.sum() > 1 else 0.0
 
 
 def _steps(flight: Flight, rows: NDArray, vehicle: Vehicle) -> dict[str, float]:
     """s between samples in which rotors and tilts changed, the median, by name; inf where they never do."""
     out = {}
-    for prefix, what in (("rotor_", "rotors"), ("tilt_", "tilts")):
-        count = len(vehicle.rotors) if prefix == "rotor_" else len(vehicle.tilts)
-        for kind, name in (("cmd_" + prefix, "commanded"), (prefix, "measured")):
-            columns = [f"{kind}{i}" for i in range(count)]
-            if not columns or not flight.has(*columns):
-                continue
+    rotors = "wrench" if vehicle.inputs == "wrench" else "rotors"
+    tilts = tilt_columns(vehicle) if flight.has(*tilt_columns(vehicle)) else tilt_columns(vehicle, "tilt_")
+    for columns, what in ((input_columns(vehicle, flight), rotors), (tilts, "tilts")):
+        if columns and flight.has(*columns):
+            name = "commanded" if columns[0].startswith("cmd_") else "measured"
             x = flight.get(*columns)[rows]
             known = np.isfinite(x).all(axis=1)
             t = flight.t[rows][known]
@@ -181,5 +175,4 @@ def _steps(flight: Flight, rows: NDArray, vehicle: Vehicle) -> dict[str, float]:
                 out[f"{name} {what}"] = np.inf
             elif len(changed) > 10:
                 out[f"{name} {what}"] = float(np.median(np.diff(t[1:][changed])))
-            break
     return out

@@ -102,7 +102,7 @@ def flight_samples(
     InputError where the flight lacks the commands (or measured values) of the vehicle's actuators.
     """
     prepared = model.prepare(flight)
-    prediction = model.predict(prepared)
+    flight, prediction = prepared.flight, model.predict(prepared)
     t = flight.t
     keep = np.ones(len(t), dtype=bool)
     left_out = {}

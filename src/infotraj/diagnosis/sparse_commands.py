@@ -21,6 +21,7 @@ from infotraj.diagnosis.observation import Member, Observation
 from infotraj.diagnosis.premises import command_step
 from infotraj.diagnosis.sensitivities import sensitivities
 from infotraj.diagnosis.silent import silent_axes
+from infotraj.dynamics.inputs import command_columns
 from infotraj.flight import COMMAND_STEPS, Flight, stepped
 from infotraj.vehicle import Vehicle
 
@@ -32,8 +33,7 @@ _EACH = 2.0  # the same, that a fitted number must spare (Akaike 1974)
 
 def sparse(flight: Flight, vehicle: Vehicle) -> bool:
     """Whether a controller may have made more commands than the flight holds; where it says how many, it is known."""
-    commands = [f"cmd_rotor_{i}" for i in range(len(vehicle.rotors))]
-    known = COMMAND_STEPS in flight.meta or not flight.has(*commands)
+    known = COMMAND_STEPS in flight.meta or not flight.has(*command_columns(vehicle))
     return not known and command_step(flight, vehicle) > _SPARSE
 
 

@@ -47,7 +47,7 @@ def vehicle_fault(model: Model, flight: Flight, error: EquationError, contradict
     error: of the model on the flight; contradicted: whether prediction and measurement disagree so far that the order
     of rotors and tilts and the tilts' axes are tried whatever the size of the error.
     """
-    if not contradicted and not suspected(error):
+    if not model.vehicle.rotors or (not contradicted and not suspected(error)):
         return None
     every = contradicted or suspected(error, _LOUD)
     used = error.t[error.scored.any(axis=1)]

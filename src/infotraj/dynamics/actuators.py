@@ -34,7 +34,7 @@ def rotor_frames(vehicle: Vehicle, tilt: ArrayLike) -> tuple[Array, Array]:
 
 
 def thrusts(vehicle: Vehicle, rotor_input: ArrayLike) -> Array:
-    """Thrust (N) of each rotor, (..., rotors), from its speed (rad/s), throttle (0..1) or thrust, as the vehicle says."""
+    """Thrust (N) of each rotor, (..., rotors), from its input as the vehicle says: rad/s, throttle (0..1) or N."""
     rotor_input = np.asarray(rotor_input, dtype=float)
     result = np.empty_like(rotor_input)
     for i, rotor in enumerate(vehicle.rotors):

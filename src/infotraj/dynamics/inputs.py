@@ -41,7 +41,7 @@ def wrench_columns(vehicle: Vehicle) -> list[str]:
 
 
 def for_vehicle(flight: Flight, vehicle: Vehicle) -> Flight:
-    """The flight as a model of this vehicle reads it; what is stored stays as it is, and doing it twice changes nothing.
+    """The flight as a model of this vehicle reads it; what is given stays as it is, and a second time nothing changes.
 
     Speeds of rotors are magnitudes: a rotor of the file turns one way, whatever sign a log gives that. Columns of
     rotors and tilts beyond the vehicle's are left out where they are unused. Components of a commanded wrench that the
@@ -98,7 +98,7 @@ class Surplus:
         """What to do, as the tool accepts it."""
         if not self.picked:
             return f"take {CHANNEL[self.prefix]} out of the log's mapping"
-        return f"import the log again with --set '{self.setting}'"
+        return f"infotraj import LOG --set '{self.setting}'"
 
 
 def surplus(flight: Flight, vehicle: Vehicle) -> list[Surplus]:

@@ -30,7 +30,7 @@ def respond(t: ArrayLike, command: ArrayLike, time_constant: ArrayLike, max_rate
 
 
 def actuator_values(vehicle: Vehicle, t: ArrayLike, cmd_rotor: ArrayLike, cmd_tilt: ArrayLike) -> tuple[Array, Array]:
-    """Rotor inputs (n, rotors), or the wrench (n, 6), and tilts (n, tilts) that the file declares for these commands."""
+    """Rotor inputs (n, rotors), or the wrench (n, 6), and tilts (n, tilts) that the file declares for commands."""
     rotor = respond(t, cmd_rotor, vehicle.input_time_constants, np.inf)
     if not vehicle.tilts:
         return rotor, np.zeros((len(rotor), 0))

@@ -241,7 +241,7 @@ def _first_missing(needs: tuple[str, ...], vehicle: Vehicle, flight: Flight) -> 
 
 
 def _without_rotors(cls: type[Effect], vehicle: Vehicle) -> str | None:
-    """The reason where the effect acts on single rotors, by its hooks or by its place in their list, and there are none."""
+    """The reason where an effect acts on single rotors, by its hooks or a place in their list, and there are none."""
     acts = any(getattr(cls, h) is not getattr(Effect, h) for h in ("thrust_loss", "rotor_force", "rotor_momentum"))
     return NO_ROTORS if not vehicle.rotors and (acts or any(p.index for p in cls.parameters)) else None
 

@@ -8,7 +8,6 @@ from infotraj.dynamics.inputs import command_columns
 from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
 from infotraj.vehicle import Vehicle
 
-
 NO_ROTORS = "no rotors in the vehicle file"
 
 

@@ -14,8 +14,8 @@ from infotraj.vehicle import Vehicle
 class ActuatorLaw:
     """How actuators follow their commands, in this order: delay, lag with rate limit, play, bias.
 
-    delay (s); rotor_time_constant (rotors,) s, or (6,) of a commanded wrench; tilt_time_constant (tilts,) s; tilt_max_rate (tilts,) rad/s, inf for
-    none; tilt_play (tilts,) rad, half the width; tilt_bias (tilts,) rad.
+    delay (s); rotor_time_constant (rotors,) s, or (6,) of a commanded wrench; tilt_time_constant (tilts,) s;
+    tilt_max_rate (tilts,) rad/s, inf for none; tilt_play (tilts,) rad, half the width; tilt_bias (tilts,) rad.
     """
 
     delay: float

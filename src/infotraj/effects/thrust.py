@@ -252,7 +252,8 @@ def mass_per_speed(vehicle: Vehicle) -> float:
 def cancelling(vehicle: Vehicle, flight: Flight, what: str) -> str | None:
     """The reason where rotors on one axis always turn so that `what` of theirs cancels, else None.
 
-    what: "reaction torques" or "angular momenta". Asked of commands or measured values, rotor by rotor; rotors belong together that share tilt and axis.
+    what: "reaction torques" or "angular momenta". Asked of commands or measured values, rotor by rotor; rotors belong
+    together that share tilt and axis.
     """
     for prefix in ("cmd_rotor_", "rotor_"):
         columns = [f"{prefix}{i}" for i in range(len(vehicle.rotors))]
@@ -281,6 +282,6 @@ def _torques(vehicle: Vehicle, inputs: Array) -> Array:
 
 
 def _speeds(vehicle: Vehicle, inputs: Array) -> Array:
-    """Speeds (N, rotors) of the rotors, rad/s; of one with another input and no thrust_coefficient in units of its own."""
+    """Speeds (N, rotors) of the rotors, rad/s; of one whose thrust_coefficient is not known in units of its own."""
     thrust, speed = np.maximum(thrusts(vehicle, inputs), 0.0), [r.input == "speed" for r in vehicle.rotors]
     return np.where(speed, np.abs(inputs), np.sqrt(thrust / [r.thrust_coefficient or 1.0 for r in vehicle.rotors]))

@@ -9,6 +9,7 @@ import numpy as np
 
 from infotraj.comparing.equation_error import AXES, WINDOW, EquationError, ForceFrom, equation_error
 from infotraj.comparing.statistics import Statistics, statistics
+from infotraj.dynamics.inputs import for_vehicle
 from infotraj.flight import Flight
 from infotraj.locating.lags import Lags, lags
 from infotraj.locating.places import LEAST_EXCESS, Found, Place, find_places
@@ -69,6 +70,7 @@ def locate(
     lacks what the vehicle needs.
     """
     rng = np.random.default_rng(0) if rng is None else rng
+    flights = [for_vehicle(f, model.vehicle) for f in flights]
     errors = tuple(
         equation_error(model, f, window=window, force_from=force_from, start=start, stop=stop) for f in flights
     )

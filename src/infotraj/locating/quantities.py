@@ -15,7 +15,7 @@ from infotraj import rotations
 from infotraj.comparing.window import Window
 from infotraj.dynamics.actuators import rotor_frames, thrusts
 from infotraj.dynamics.response import actuator_values
-from infotraj.flight import ATTITUDE, POSITION, RATE, VELOCITY, Flight
+from infotraj.flight import ATTITUDE, COMMANDED_WRENCH, POSITION, RATE, VELOCITY, Flight
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
@@ -112,11 +112,14 @@ def _of_actuators(flight: Flight, vehicle: Vehicle) -> list[Quantity]:
         return []
     t = flight.t
     rotor, tilt = actuator_values(vehicle, t, *commands)
+    dt = np.diff(t, append=2 * t[-1] - t[-2])[:, None]
+    after = np.minimum(np.arange(1, len(t) + 1), len(t) - 1)
+    if vehicle.inputs == "wrench":
+        size = Quantity("thrust", "thrust", "N", np.linalg.norm(rotor[:, :3], axis=1))
+        return [size, *_changing("change of the commanded wrench in", (rotor[after] - rotor) / dt)]
     thrust = thrusts(vehicle, rotor)
     found = [Quantity("thrust", "thrust", "N", thrust.sum(axis=1))]
     position, axis = rotor_frames(vehicle, tilt)
-    dt = np.diff(t, append=2 * t[-1] - t[-2])[:, None]
-    after = np.minimum(np.arange(1, len(t) + 1), len(t) - 1)
     spin = np.array([r.spin * r.moment_constant for r in vehicle.rotors])
     per_newton = np.concatenate([axis, np.cross(position, axis) - spin[:, None] * axis], axis=2)
     if vehicle.tilts:
@@ -132,18 +135,23 @@ def _of_actuators(flight: Flight, vehicle: Vehicle) -> list[Quantity]:
             for k, a in enumerate(AXES)
         ]  # fmt: skip
     changed = np.einsum("nr,nrc->nc", (thrust[after] - thrust) / dt, per_newton)
-    found += [
-        Quantity(
-            f"change of the rotors' thrust in {a}", "thrust rate", _per_second(a), changed[:, k], signed=True, axis=a
-        )
+    return found + _changing("change of the rotors' thrust in", changed)
+
+
+def _changing(words: str, slope: Array) -> list[Quantity]:
+    """How fast each axis (n, 6) of the wrench changes, N/s and N m/s."""
+    return [
+        Quantity(f"{words} {a}", "thrust rate", _per_second(a), slope[:, k], signed=True, axis=a)
         for k, a in enumerate(AXES)
     ]
-    return found
 
 
 def actuator_commands(flight: Flight, vehicle: Vehicle) -> tuple[Array, Array] | None:
     """Rotor (n, rotors) and tilt (n, tilts) commands, held where a row has none; measured values where none is
-    commanded; None where neither is complete."""
+    commanded; None where neither is complete. Of a vehicle that takes a wrench: the wrench (n, 6) for the rotors."""
+    if vehicle.inputs == "wrench":
+        wrench = held(flight, COMMANDED_WRENCH)
+        return None if wrench is None else (wrench, np.zeros((len(flight.t), 0)))
     found = []
     for kind, count in (("rotor", len(vehicle.rotors)), ("tilt", len(vehicle.tilts))):
         values = np.zeros((len(flight.t), 0))

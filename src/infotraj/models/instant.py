@@ -45,7 +45,8 @@ class Instant:
         """Specific force of the body's origin and angular acceleration (6,), m/s^2 and rad/s^2, body axes.
 
         time (s) since the flight's start; state (13,): position, attitude (w, x, y, z), velocity (world), rate (body);
-        rotor: the inputs (rotors,) rad/s, throttle or N, or the wrench (6,) that is commanded; and tilt (tilts,) rad: commands that the actuators have reached.
+        rotor (rotors,) rad/s, throttle or N, or the commanded wrench (6,), and tilt (tilts,) rad: commands that the
+        actuators have reached.
         """
         attitude = rotations.matrix(state[3:7])
         rate = state[None, 10:13]

@@ -42,8 +42,9 @@ class Recorded:
     """A flight's channels for one vehicle; None for one that the flight neither holds nor implies.
 
     rotor: inputs of the rotors, or the commanded wrench (m, 6) of a vehicle that takes one; they, and tilts, are
-    commands where the flight has them, else measured. Velocities are derived from the positions and rates from the attitudes (central differences over two samples)
-    where the table does not hold them. Of a row with several channels each is used where it has a number.
+    commands where the flight has them, else measured. Velocities are derived from the positions and rates from the
+    attitudes (central differences over two samples) where the table does not hold them. Of a row with several channels
+    each is used where it has a number.
     """
 
     t: Array

@@ -78,8 +78,8 @@ class RotorWrench:
 class CommandedWrench:
     """The wrench of a vehicle that takes one: what is commanded, as it follows its command, times what acts of it.
 
-    A thrust is here the share (N, 1) of the command that acts, 1 by itself. ratio (1,), 1 by itself: what multiplies the
-    torque about the vehicle's `thrust_axis`, which is the rotors' reaction torque.
+    A thrust is here the share (N, 1) of the command that acts, 1 by itself. ratio (1,), 1 by itself: what multiplies
+    the torque about the vehicle's `thrust_axis`, which is the rotors' reaction torque.
     """
 
     def __init__(self, vehicle: Vehicle) -> None:

@@ -131,7 +131,7 @@ def _about(flight: Flight, vehicle: Vehicle, learned: bool, rollout: bool) -> rr
         f"**{kind} of {vehicle.name}**, {flight.t[-1] - flight.t[0]:.1f} s, {len(vehicle.rotors)} rotors, "
         f"{len(vehicle.tilts)} tilting arms.",
         "",
-        "Orange arrows: thrust of each rotor (k_F w^2 of the commanded speed) along its axis; a lower rotor's arrow "
+        "Orange arrows: thrust of each rotor, as commanded, along its axis; a lower rotor's arrow "
         "ends at its disc. Discs: blue turns counter-clockwise, pink clockwise. Red arrow: forward.",
         "",
         "Green: flown path, yellow: reference. The thin arrows and the curves at their tips show the body's z axis.",

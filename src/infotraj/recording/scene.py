@@ -21,9 +21,9 @@ VEHICLE = "world/vehicle"
 
 
 def reach(vehicle: Vehicle) -> float:
-    """Distance (m) from the origin to the farthest rotor's edge: the scale of everything drawn."""
-    edges = [np.linalg.norm(r.position) + (r.radius or 0.0) for r in vehicle.rotors]
-    return max(float(max(edges)), 0.02)
+    """Distance (m) from the origin to the farthest rotor's edge, the scale of everything drawn; 0.1 without rotors."""
+    edges = [float(np.linalg.norm(r.position)) + (r.radius or 0.0) for r in vehicle.rotors]
+    return max(max(edges, default=0.1), 0.02)
 
 
 def add_scene(columns: Columns, flight: Flight, vehicle: Vehicle) -> None:
@@ -90,8 +90,8 @@ def _add_vehicle(columns: Columns, flight: Flight, vehicle: Vehicle, size: float
             keep = thinned(tilt.t, RATE)
             turned = rotations.exp(tilt.values[keep, i : i + 1] * np.asarray(joint.axis))
             columns.pose(f"{VEHICLE}/{joint.name}", tilt.t[keep], attitude=turned)
-    speed = actuators(flight, "rotor", len(vehicle.rotors))
-    force = None if speed is None else Samples(speed.t, thrusts(vehicle, speed.values))
+    given = actuators(flight, "rotor", len(vehicle.rotors))
+    force = None if given is None else Samples(given.t, thrusts(vehicle, given.values))
     newton = _metres_per_newton(vehicle, force, size)
     for i, rotor in enumerate(vehicle.rotors):
         parent = VEHICLE if rotor.tilt is None else f"{VEHICLE}/{vehicle.tilts[rotor.tilt].name}"
@@ -133,6 +133,8 @@ def _from_z(axis: Array) -> Array:
 
 def _metres_per_newton(vehicle: Vehicle, force: Samples | None, size: float) -> float:
     """Length of a thrust arrow: a rotor's share of the weight, or its median thrust, is half the vehicle's reach."""
+    if not vehicle.rotors:
+        return 0.0
     if vehicle.mass is not None:
         usual = vehicle.mass * vehicle.gravity / len(vehicle.rotors)
     else:
