@@ -1,4 +1,4 @@
-"""With a vehicle file: are these its commands, and do they carry it? A wrong unit shows as a thrust unlike the weight."""
+"""With a vehicle file: are these its commands, and do they carry it? A wrong unit makes a thrust unlike the weight."""
 
 from __future__ import annotations
 
