@@ -93,7 +93,27 @@ def test_products_of_inertia_stand_on_both_sides():
         ({"rotors__1__name": "r0"}, "names must differ"),
         ({"inertia__zz": 0.5}, "no body has the principal moments"),
         ({"inertia__xy": 0.02}, "no body has the principal moments"),
-        ({"rotors": []}, "rotors"),
+        ({"rotors": []}, "no rotors; list them, or write `inputs: wrench`"),
+        ({"inputs": "wrench"}, "`inputs: wrench` takes the commanded wrench and no rotors"),
+        ({"thrust_axis": [0, 0, 1]}, "`thrust_axis` is of a vehicle with `inputs: wrench`"),
+        ({"time_constant": 0.1}, "`time_constant` is of a vehicle with `inputs: wrench`"),
+        (
+            {"rotors__0__thrust_polynomial": [0, 1, 0]},
+            "r0: `thrust_polynomial` is of a throttle, but the input is a speed",
+        ),
+        (
+            {"rotors__0__input": "thrust", "rotors__0__thrust_polynomial": [0, 1, 0]},
+            "r0: `thrust_polynomial` is of a throttle, but the input is a thrust",
+        ),
+        (
+            {
+                "rotors__0__input": "thrust",
+                "rotors__0__thrust_coefficient": None,
+                "rotors__0__max_speed": 900,
+            },
+            "r0: `max_speed` limits no thrust without `thrust_coefficient`",
+        ),
+        ({"rotors__0__input": "pwm"}, r"rotors\.0\.input"),
     ],
 )
 def test_what_is_wrong_is_said_in_one_line_that_names_the_file(changes, says):
@@ -116,6 +136,15 @@ def test_a_file_that_holds_no_vehicle_is_one_line(tmp_path, content):
 def test_a_missing_file_is_an_input_error(tmp_path):
     with pytest.raises(InputError, match="Check the path"):
         load_vehicle(tmp_path / "none.yaml")
+
+
+def test_a_thrust_needs_no_coefficient_and_a_wrench_no_rotors():
+    thrust = parse_vehicle(changed(rotors__0__input="thrust", rotors__0__thrust_coefficient=None))
+    assert thrust.rotors[0].thrust_coefficient is None
+    wrench = parse_vehicle(changed(rotors=None, inputs="wrench", time_constant=0.04, thrust_axis=[0, 0, 2]))
+    assert wrench.rotors == ()
+    assert wrench.thrust_axis == (0, 0, 1)
+    assert np.array_equal(wrench.input_time_constants, np.full(6, 0.04))
 
 
 def test_the_example_of_the_errors_is_itself_valid():

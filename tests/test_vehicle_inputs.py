@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import textwrap
 from functools import lru_cache
 from pathlib import Path
 
@@ -439,6 +441,16 @@ def test_every_vehicle_file_loads_and_says_where_its_numbers_come_from(path):
     for line in path.read_text().splitlines():
         if line.startswith(("mass:", "inertia:")):
             assert "[" in line.partition("#")[2] or "assumed" in line, line
+
+
+def test_the_examples_of_the_guide_are_valid_one_for_each_input():
+    blocks = re.findall(
+        r"(?m)^    name: by_\w+\n(?:    .*\n)+", (VEHICLES.parents[1] / "docs" / "vehicle.md").read_text()
+    )
+    vehicles = [parse_vehicle(yaml.safe_load(textwrap.dedent(b))) for b in blocks]
+    assert [v.name for v in vehicles] == ["by_speed", "by_throttle", "by_thrust", "by_wrench"]
+    assert [v.rotors[0].input for v in vehicles[:3]] == ["speed", "throttle", "thrust"]
+    assert vehicles[3].inputs == "wrench"
 
 
 def test_the_x8_is_the_one_of_its_mixer_turned_into_forward_left_up():
