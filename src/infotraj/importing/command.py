@@ -58,7 +58,7 @@ def import_command(
     from infotraj.importing.explain import explain as explained
     from infotraj.importing.explain import inventory, missing_channels
     from infotraj.importing.importer import import_log
-    from infotraj.importing.mapping import load_mapping
+    from infotraj.importing.mapping_files import load_mapping
 
     chosen = load_mapping(mapping) if mapping is not None else None
     report: dict[str, Any] = {"flights": [], "rejected": []}
@@ -151,7 +151,7 @@ def _print_inventory(inventory: Any, log: Path, definitions: tuple[Path, ...], a
 
 
 def _save_mapping(used: Any, path: Path) -> None:
-    from infotraj.importing.mapping import load_mapping
+    from infotraj.importing.mapping_files import load_mapping
 
     mapping = load_mapping(used) if isinstance(used, str) else used
     content = mapping.model_dump(mode="json", exclude_defaults=True)

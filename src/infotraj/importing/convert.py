@@ -7,10 +7,12 @@ from typing import Any
 import numpy as np
 
 from infotraj import rotations
+from infotraj.errors import InputError, problem
+from infotraj.importing.channel_map import Axes, ChannelMap, dimension_of, frame_matrix, unit_of
 from infotraj.importing.channels import CHANNELS
-from infotraj.importing.frames import rotate_attitudes, rotate_vectors
+from infotraj.importing.frames import axes_matrix, rotate_attitudes, rotate_vectors
 from infotraj.importing.log import Samples
-from infotraj.importing.mapping import ChannelMap, Mapping, StreamMap, dimension_of, frame_matrix, unit_of
+from infotraj.importing.mapping import Mapping, StreamMap
 from infotraj.importing.units import STANDARD_GRAVITY, conversion
 from infotraj.rotations import Array
 
@@ -19,14 +21,18 @@ def channel_values(name: str, mapped: ChannelMap, stream: StreamMap, mapping: Ma
     """One channel's samples (n, columns) in SI and in the table's axes, but vectors still `expressed_in` as logged."""
     channel = CHANNELS[name]
     raw = _stack(mapped, samples)
-    factor, shift = conversion(dimension_of(name, mapped), unit_of(name, mapped))
-    values = _affine(_affine(raw, factor, shift), mapped.scale, mapped.offset)
-    world = _frame(stream, mapping, "world")
-    body = _frame(stream, mapping, "body")
+    factor, zero = conversion(dimension_of(name, mapped), unit_of(name, mapped))
+    values = _combined(name, mapped, _affine(raw, factor, zero))
+    if mapped.absolute:
+        values = np.abs(values)
+    values = _affine(values, mapped.scale, mapped.offset)
+    if mapped.clip is not None:
+        values = np.clip(values, *mapped.clip)
     if channel.frame == "attitude":
-        return _attitude(mapped, values, world, body)
+        return _attitude(mapped, values, *(frame_of(mapped, stream, mapping, w) for w in ("world", "body")))
     if channel.frame in ("world", "body"):
-        return rotate_vectors(world if expressed_in(name, mapped) == "world" else body, values)
+        values = rotate_vectors(frame_of(mapped, stream, mapping, expressed_in(name, mapped)), values)
+        return values if mapped.axes is None else rotate_vectors(axes_matrix(mapped.axes, mirrored=True), values)
     return values
 
 
@@ -65,6 +71,34 @@ def _stack(mapped: ChannelMap, samples: Samples) -> Array:
     return np.stack([samples.numbers[f] for f in mapped.fields], axis=-1)
 
 
+def _combined(name: str, mapped: ChannelMap, values: Array) -> Array:
+    """The picked and mixed fields (n, outputs). InputError where the log has not as many as the mapping says."""
+    wanted = max(mapped.pick) + 1 if mapped.pick is not None else len(mapped.mix[0]) if mapped.mix is not None else 0
+    if values.shape[1] < wanted:
+        raise InputError(
+            problem(
+                f"{name}: the log has {values.shape[1]} of {mapped.fields[0]}",
+                f"at least {wanted}, as `{'pick' if mapped.pick is not None else 'mix'}` says",
+                "Correct the mapping.",
+            )
+        )
+    if mapped.pick is not None:
+        values = values[:, list(mapped.pick)]
+    if mapped.mix is None:
+        return values
+    weights = np.array(mapped.mix)
+    if values.shape[1] != weights.shape[1]:
+        raise InputError(
+            problem(
+                f"{name}: the log has {values.shape[1]} of {mapped.fields[0]}",
+                f"{weights.shape[1]}, as `mix` says",
+                "Correct the mapping.",
+            )
+        )
+    # A field of weight 0 is not asked: where it holds no number, the others still count.
+    return np.stack([values[:, row != 0] @ row[row != 0] for row in weights], axis=-1)
+
+
 def _affine(values: Array, factor: float, shift: float) -> Array:
     if factor != 1.0:
         values = values * factor
@@ -93,8 +127,13 @@ def _one_sign(q: Array) -> Array:
     return q
 
 
-def _frame(stream: StreamMap, mapping: Mapping, which: Any) -> Array:
-    own = getattr(stream, which)
-    matrix = frame_matrix(own if own is not None else getattr(mapping, which), which)
+def frame_name(mapped: ChannelMap, stream: StreamMap, mapping: Mapping, which: Any) -> Axes:
+    """The world or body frame of a channel: its own, else its stream's, else the mapping's."""
+    return getattr(mapped, which) or getattr(stream, which) or getattr(mapping, which)
+
+
+def frame_of(mapped: ChannelMap, stream: StreamMap, mapping: Mapping, which: Any) -> Array:
+    """(3, 3) from that frame's axes to the table's."""
+    matrix = frame_matrix(frame_name(mapped, stream, mapping, which), which)
     assert matrix is not None
     return matrix

@@ -19,6 +19,7 @@ from infotraj.importing.log import Request, Samples, Topic, reading
 from infotraj.rotations import Array
 
 MAGIC = 0xBC
+_OWN = ("event id", "timestamp")
 _TYPES = {c: c for c in "bBhHiIqQefd"} | {"l": "i", "L": "I"}
 _EXPECTED = "a Crazyflie micro-SD log (0xBC, version 1 or 2)"
 _REMEDY = "Copy it again from the card."
@@ -64,13 +65,19 @@ class CrazyflieLog:
         del self._bytes
 
     def has(self, topic: Topic, name: str) -> bool:
-        """True where the event has the variable."""
-        return name.replace("*", "0") in (self._by_name[topic.name].record.names or ())
+        """True where the event has the variable, or a part of it."""
+        return name == "timestamp" or name.replace("*", "0") in self.fields(topic)
+
+    def fields(self, topic: Topic) -> list[str]:
+        """The event's variables; of a compressed quaternion its four parts, too."""
+        record = self._by_name[topic.name].record
+        names = [n for n in record.names or () if n not in _OWN]
+        return [part for n in names for part in (n, *(_parts(n) if _is_compressed(record, n) else ()))]
 
     def first(self, topic: Topic, name: str) -> Any:
         """The variable in the event's first record."""
         event = self._by_name[topic.name]
-        if name not in (event.record.names or ()) or not event.offsets:
+        if name not in self.fields(topic) or not event.offsets:
             return None
         return self._column(event, name, np.array(event.offsets[:1]))[0].item()
 
@@ -85,7 +92,7 @@ class CrazyflieLog:
             for name in request.numbers:
                 if "*" in name:
                     count = 0
-                    while name.replace("*", str(count)) in (event.record.names or ()):
+                    while self.has(request.topic, name.replace("*", str(count))):
                         count += 1
                     columns = [self._column(event, name.replace("*", str(k)), offsets) for k in range(count)]
                     numbers[name] = np.stack(columns, axis=-1).astype(float)
@@ -144,6 +151,9 @@ class CrazyflieLog:
         return ""
 
     def _column(self, event: _Event, name: str, offsets: Any) -> Any:
+        if name not in (event.record.names or ()):
+            packed, part = name.rsplit(".", 1)
+            return decompressed(self._column(event, packed, offsets))[:, "xyzw".index(part)]
         kind, shift = (event.record.fields or {})[name][:2]
         out = np.empty(len(offsets), dtype=kind)
         step = 1 << 18
@@ -163,6 +173,36 @@ class CrazyflieLog:
         if length < 0:
             raise ValueError("a name in its header has no end")
         return window[:length].decode(), place + length + 1
+
+
+def decompressed(packed: Any) -> Array:
+    """Quaternions x, y, z, w (n, 4) of the firmware's 32 bits (n,); NaN for 0, which says "not yet".
+
+    The two highest bits say which component is the largest; it is positive and follows from the norm. The others
+    follow in order, each a sign and nine bits of its magnitude over sqrt(1/2) (J. A. Preiss, quatcompress, 2016).
+    """
+    packed = np.asarray(packed, dtype=np.int64)
+    largest = packed >> 30
+    q = np.zeros((packed.size, 4))
+    left = packed.copy()
+    for k in (3, 2, 1, 0):
+        small = largest != k
+        value = (left & 0x1FF) / 511.0 * np.sqrt(0.5)
+        q[small, k] = np.where(left & 0x200, -value, value)[small]
+        left = np.where(small, left >> 10, left)
+    squares = (q**2).sum(axis=1)
+    rows = np.arange(packed.size)
+    q[rows, largest & 3] = np.sqrt(np.maximum(1.0 - squares, 0.0))
+    q[(packed == 0) | (squares > 1.0 + 1e-3)] = np.nan
+    return q
+
+
+def _is_compressed(record: np.dtype[Any], name: str) -> bool:
+    return name.endswith(".quat") and record[name] == np.dtype("<u4")
+
+
+def _parts(name: str) -> tuple[str, ...]:
+    return tuple(f"{name}.{part}" for part in "xyzw")
 
 
 def _crc(data: Any) -> int:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from infotraj.flight import Flight
 from infotraj.importing.channels import CHANNELS
-from infotraj.importing.mapping import shipped
+from infotraj.importing.mapping_files import shipped
 from infotraj.importing.opening import kind_of, open_log
 from infotraj.importing.recognise import fits
 

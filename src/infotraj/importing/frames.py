@@ -24,15 +24,21 @@ BODY_FRAMES: dict[str, tuple[str, str, str]] = {
 }
 
 
-def axes_matrix(axes: Sequence[str]) -> Array:
-    """(3, 3) matrix that takes a vector's components in the log to those in the table. ValueError unless a rotation."""
+def axes_matrix(axes: Sequence[str], mirrored: bool = False) -> Array:
+    """(3, 3) matrix that takes a vector's components in the log to those in the table.
+
+    ValueError unless it is a rotation, or with `mirrored` a reflection.
+    """
     matrix = np.zeros((3, 3))
     for row, axis in enumerate(axes):
         name, sign = (axis[1:], -1.0) if axis.startswith("-") else (axis.removeprefix("+"), 1.0)
         if name not in ("x", "y", "z"):
             raise ValueError(f"axis {axis!r} is none of x, y, z, -x, -y, -z")
         matrix[row, "xyz".index(name)] = sign
-    if len(axes) != 3 or not np.isclose(np.linalg.det(matrix), 1.0):
+    turn = round(float(np.linalg.det(matrix))) if len(axes) == 3 else 0
+    if turn == 0:
+        raise ValueError(f"axes {list(axes)} are not three axes (each of x, y, z once)")
+    if turn < 0 and not mirrored:
         raise ValueError(f"axes {list(axes)} are not three right-handed axes (each of x, y, z once, determinant +1)")
     return matrix
 

@@ -16,6 +16,7 @@ from infotraj.importing.mapping import Mapping
 from infotraj.importing.metadata import channel_origin, table_metadata
 from infotraj.importing.plausible import require_plausible
 from infotraj.importing.reading import Stream, Streams, leading_feed, read_streams
+from infotraj.importing.settings import Settings
 from infotraj.rotations import Array
 
 
@@ -28,16 +29,18 @@ def import_log(
     definitions: tuple[Path, ...] = (),
     allow_damaged: bool = False,
     rows: str | None = None,
+    settings: Settings | None = None,
 ) -> Flight:
     """A log as a flight table (SI, world z up, body x forward y left z up).
 
     mapping: a Mapping, the name of a shipped one, the path of a mapping file, or None to choose by looking at the log.
     start, stop: s, on the table's t; start <= t < stop. definitions: message definitions that a bag lacks.
     rows: a channel whose samples make the rows, or a rate in Hz; default: as the mapping says.
+    settings: {channel: {key: value}}, replaced in the mapping (`parse_settings` reads them from text).
     InputError where the log cannot be used, UsageError where the mapping is wrong.
     """
     path = Path(path)
-    read = read_streams(path, mapping, definitions=definitions, allow_damaged=allow_damaged)
+    read = read_streams(path, mapping, definitions=definitions, allow_damaged=allow_damaged, settings=settings)
     return to_flight(read, start=start, stop=stop, rows=rows)
 
 

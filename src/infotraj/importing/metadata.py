@@ -13,6 +13,7 @@ from infotraj.flight import sha256
 from infotraj.importing import convert, resample
 from infotraj.importing.channels import CHANNELS
 from infotraj.importing.mapping import Mapping
+from infotraj.importing.settings import settings_text
 from infotraj.importing.streams import Feed
 from infotraj.rotations import Array
 
@@ -26,9 +27,16 @@ def channel_origin(name: str, feed: Feed, mapping: Mapping) -> dict[str, Any]:
     said["unit"] = convert.unit_of(name, mapped)
     if mapped.scale != 1.0 or mapped.offset != 0.0:
         said["scale"], said["offset"] = mapped.scale, mapped.offset
+    shift = feed.stream.shift + mapped.shift
+    if shift != 0.0:
+        said["shift_s"] = shift
+    for key in ("pick", "mix", "absolute", "clip", "axes"):
+        value = getattr(mapped, key)
+        if value not in (None, False):
+            said[key] = [list(v) if isinstance(v, tuple) else v for v in value] if isinstance(value, tuple) else value
     if CHANNELS[name].frame != "none":
-        world, body = feed.stream.world or mapping.world, feed.stream.body or mapping.body
-        said["frames"] = [w if isinstance(w, str) else list(w) for w in (world, body)]
+        frames = (convert.frame_name(mapped, feed.stream, mapping, which) for which in ("world", "body"))
+        said["frames"] = [w if isinstance(w, str) else list(w) for w in frames]
         if CHANNELS[name].frame == "attitude":
             said["order"] = "roll pitch yaw" if mapped.euler else mapped.order
         else:
@@ -57,6 +65,7 @@ def table_metadata(
         "kind": kind,
         "mapping": mapping.name,
         "mapping_sha256": mapping.digest(),
+        **({"settings": list(settings_text(mapping.set))} if mapping.set else {}),
         "infotraj": _version(),
         "clock": {
             "rows": rule,

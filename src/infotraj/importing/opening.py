@@ -9,6 +9,7 @@ from infotraj.importing.crazyflie import MAGIC, CrazyflieLog
 from infotraj.importing.log import Log
 from infotraj.importing.rosbag import RosBag
 from infotraj.importing.table import TableFile
+from infotraj.importing.table_format import TableFormat
 from infotraj.importing.ulog import ULogFile
 
 _KINDS = "a bag (.bag, .mcap, .db3 or a bag's folder), a ULog (.ulg), a Crazyflie micro-SD log, CSV or Parquet"
@@ -51,6 +52,7 @@ def open_log(
     ulog_topics: frozenset[str] = frozenset(),
     definitions: tuple[Path, ...] = (),
     allow_damaged: bool = False,
+    layout: TableFormat | None = None,
 ) -> Log:
     """An open log of the given kind; the caller closes it. InputError where its bytes cannot be read."""
     if kind == "rosbag":
@@ -59,7 +61,7 @@ def open_log(
         return ULogFile(path, ulog_topics, allow_damaged)
     if kind == "crazyflie":
         return CrazyflieLog(path, allow_damaged)
-    return TableFile(path, allow_damaged)
+    return TableFile(path, allow_damaged, layout)
 
 
 def bag_folder(path: Path) -> Path:

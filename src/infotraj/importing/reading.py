@@ -12,10 +12,13 @@ import numpy as np
 from infotraj.importing import clock, convert, resample
 from infotraj.importing.channels import CHANNELS
 from infotraj.importing.log import Log, Request
-from infotraj.importing.mapping import Mapping, load_mapping, shipped
+from infotraj.importing.mapping import Mapping
+from infotraj.importing.mapping_files import load_mapping, shipped
 from infotraj.importing.opening import kind_of, open_log
 from infotraj.importing.recognise import choose
-from infotraj.importing.streams import Feed, Plan, plan, require_channels
+from infotraj.importing.settings import Settings, with_settings
+from infotraj.importing.streams import Feed, Plan, give_back, label, pass_over, plan, require_channels
+from infotraj.importing.table_format import TableFormat
 from infotraj.rotations import Array
 
 
@@ -62,29 +65,86 @@ def read_streams(
     definitions: tuple[Path, ...] = (),
     allow_damaged: bool = False,
     every: bool = False,
+    settings: Settings | None = None,
 ) -> Streams:
-    """The streams of a log in SI and table axes, timed as logged. `every`: also channels that the table leaves out."""
+    """The streams of a log in SI and table axes, timed as logged. `every`: also channels that the table leaves out.
+
+    `settings` replace keys of the mapping's channels. Where a channel's feed holds nothing but zeros, and another one
+    of the log carries the channel, that one is taken.
+    """
     path = Path(path)
-    with opened(path, mapping, definitions, allow_damaged) as (log, chosen):
+    with opened(path, mapping, definitions, allow_damaged, settings) as (log, chosen):
         require_channels(chosen, log)
-        return _read(log, chosen, every)
+        read = _read(log, chosen, every)
+        passed: dict[str, list[Feed]] = {}
+        while _pass_over_silent(read, passed):
+            read = _read(log, chosen, every)
+        return read
 
 
 @contextmanager
 def opened(
-    path: Path, mapping: Mapping | str | Path | None, definitions: tuple[Path, ...] = (), allow_damaged: bool = False
+    path: Path,
+    mapping: Mapping | str | Path | None,
+    definitions: tuple[Path, ...] = (),
+    allow_damaged: bool = False,
+    settings: Settings | None = None,
 ) -> Iterator[tuple[Log, Plan]]:
-    """The open log with the plan of the given mapping, or of the shipped one that fits best."""
+    """The open log with the plan of the given mapping, or of the shipped one that fits best, with these settings."""
     given = mapping if isinstance(mapping, Mapping) or mapping is None else load_mapping(mapping)
     kind = kind_of(path)
     candidates = [given] if given is not None else [m for m in shipped().values() if kind in m.reads and m.automatic]
+    layout = table_layout(path, candidates) if kind == "table" else None
     names = frozenset(topic for m in candidates for s in m.streams for topic in (s.topic or ()))
     folders = (*definitions, *(Path(d) for d in given.definitions)) if given is not None else definitions
-    log = open_log(path, kind, names, folders, allow_damaged)
+    log = open_log(path, kind, names, folders, allow_damaged, layout)
     try:
-        yield log, (plan(log, given) if given is not None else choose(log, candidates))
+        alike = [m for m in candidates if m.table == layout]
+        chosen = plan(log, given) if given is not None else choose(log, alike)
+        yield log, plan(log, with_settings(chosen.mapping, settings)) if settings else chosen
     finally:
         log.close()
+
+
+def table_layout(path: Path, candidates: list[Mapping]) -> TableFormat | None:
+    """The layout of a table: that of the only mapping, else that of the first whose line prefix the text has."""
+    if len(candidates) == 1:
+        return candidates[0].table if path.suffix != ".parquet" else None
+    layouts = [m.table for m in candidates if m.table is not None and path.suffix != ".parquet"]
+    return next((layout for layout in layouts if layout.recognises(path)), None)
+
+
+def _pass_over_silent(read: Streams, passed: dict[str, list[Feed]]) -> bool:
+    """Moves every silent channel on to the log's next feed of it; True where one was moved.
+
+    A tracker that sends no attitude logs zeros, and so does the instance of a topic that drives nothing. Where all
+    feeds are silent, the first one is kept.
+    """
+    moved = False
+    for channel in read.plan.channels:
+        feed = read.plan.feed_of(channel)
+        assert feed is not None
+        silent = passed.get(channel, [])
+        if feed in silent or channel == "airborne":
+            continue
+        values = read.streams[feed.stream.name].channels[channel]
+        if np.any(np.isfinite(values) & (values != 0.0)):
+            if silent:
+                read.plan.notes.append(
+                    f"{channel}: {label(silent[0].topic)} holds only zeros; {_source(feed)} is taken"
+                )
+            continue
+        passed.setdefault(channel, []).append(feed)
+        if pass_over(read.plan, channel, passed[channel]):
+            moved = True
+        elif len(passed[channel]) > 1:
+            give_back(read.plan, channel, passed[channel][0])
+            moved = True
+    return moved
+
+
+def _source(feed: Feed) -> str:
+    return f"{feed.stream.name} ({label(feed.topic)})"
 
 
 def _read(log: Log, chosen: Plan, every: bool) -> Streams:
@@ -116,7 +176,7 @@ def _read(log: Log, chosen: Plan, every: bool) -> Streams:
         }
         tick = all_ticks[name]
         streams[name] = Stream(
-            name, feed.topic.name, clock.seconds(tick, zero), channels, tick.source, delays[name], feed
+            name, feed.topic.name, clock.seconds(tick, zero) + feed.shift, channels, tick.source, delays[name], feed
         )
     _turn_vectors(chosen, streams, notes)
     ticks = all_ticks[leader.stream.name]

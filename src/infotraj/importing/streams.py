@@ -32,14 +32,20 @@ class Feed:
     channels: dict[str, ChannelMap]
     used: list[str] = field(default_factory=list)
 
+    @property
+    def shift(self) -> float:
+        """Time (s) that is added to its stamps; the channels of a feed share one."""
+        return self.stream.shift + next(iter(self.channels.values())).shift
+
 
 @dataclass
 class Plan:
-    """What a mapping finds in a log."""
+    """What a mapping finds in a log. `spares`: other topics that fit a stream, for where the chosen one is silent."""
 
     mapping: Mapping
     feeds: list[Feed]
     notes: list[str]
+    spares: list[Feed] = field(default_factory=list)
 
     def feed_of(self, channel: str) -> Feed | None:
         """The feed that the channel comes from."""
@@ -62,16 +68,51 @@ def plan(log: Log, mapping: Mapping) -> Plan:
             )
         )
     notes: list[str] = []
-    feeds = []
+    feeds: list[Feed] = []
+    spares: list[Feed] = []
     for stream in mapping.streams:
-        feed = _find(log, mapping, stream, notes)
-        if feed is not None:
-            feeds.append(feed)
+        for part in _apart(stream):
+            found = _find(log, mapping, part, notes)
+            feeds += found[:1]
+            spares += found[1:]
     taken: set[str] = set()
     for feed in feeds:
         feed.used = [c for c in feed.channels if c not in taken]
         taken.update(feed.used)
-    return Plan(mapping, feeds, notes)
+    return Plan(mapping, feeds, notes, spares)
+
+
+def pass_over(found: Plan, channel: str, silent: list[Feed]) -> bool:
+    """Takes a channel from the next feed that carries it and is not among `silent`; False where there is none.
+
+    First other topics of the same stream (another instance), then the streams after it, then those before it.
+    """
+    feed = found.feed_of(channel)
+    if feed is None:
+        return False
+    place = found.feeds.index(feed)
+    kin = [s for s in found.spares if s.stream.name.startswith(feed.stream.name)]
+    order = [*kin, *found.feeds[place + 1 :], *found.feeds[:place], *found.spares]
+    following = next((f for f in order if channel in f.channels and f not in silent and f is not feed), None)
+    if following is None:
+        return False
+    _move(found, channel, feed, following)
+    return True
+
+
+def give_back(found: Plan, channel: str, first: Feed) -> None:
+    """Takes a channel from `first` again."""
+    feed = found.feed_of(channel)
+    if feed is not None and feed is not first:
+        _move(found, channel, feed, first)
+
+
+def _move(found: Plan, channel: str, feed: Feed, following: Feed) -> None:
+    feed.used.remove(channel)
+    following.used.append(channel)
+    if following in found.spares:
+        found.spares.remove(following)
+        found.feeds.append(following)
 
 
 def require_channels(found: Plan, log: Log) -> None:
@@ -90,7 +131,21 @@ def require_channels(found: Plan, log: Log) -> None:
     )
 
 
-def _find(log: Log, mapping: Mapping, stream: StreamMap, notes: list[str]) -> Feed | None:
+def _apart(stream: StreamMap) -> list[StreamMap]:
+    """The stream as one part for each time shift among its channels: a shifted channel has a clock of its own."""
+    shifts = dict.fromkeys(mapped.shift for mapped in stream.channels.values())
+    if len(shifts) == 1:
+        return [stream]
+    parts = []
+    for shift in shifts:
+        channels = {name: mapped for name, mapped in stream.channels.items() if mapped.shift == shift}
+        name = stream.name if shift == 0.0 else f"{stream.name} shifted by {shift:g} s"
+        parts.append(stream.model_copy(update={"name": name, "channels": channels}))
+    return parts
+
+
+def _find(log: Log, mapping: Mapping, stream: StreamMap, notes: list[str]) -> list[Feed]:
+    """The feeds that fit a stream, the best first."""
     fitting: list[tuple[Any, Topic, dict[str, ChannelMap]]] = []
     for topic in log.topics:
         rank = _rank(stream, topic)
@@ -103,13 +158,17 @@ def _find(log: Log, mapping: Mapping, stream: StreamMap, notes: list[str]) -> Fe
         if channels and _holds(log, stream, topic):
             fitting.append((rank, topic, channels))
     if not fitting:
-        return None
+        return []
     fitting.sort(key=lambda entry: entry[0])
-    _, topic, channels = fitting[0]
     if len(fitting) > 1:
-        others = ", ".join(_label(t) for _, t, _ in fitting[1:])
-        notes.append(f"{stream.name}: {_label(topic)} was chosen; {others} would fit too (override with a mapping)")
-    return Feed(stream, topic, _time(log, mapping, stream, topic), channels)
+        others = ", ".join(label(t) for _, t, _ in fitting[1:])
+        chosen = label(fitting[0][1])
+        notes.append(f"{stream.name}: {chosen} was chosen; {others} would fit too (override with a mapping)")
+    feeds = []
+    for k, (_, topic, channels) in enumerate(fitting):
+        own = stream if k == 0 else stream.model_copy(update={"name": f"{stream.name} of {label(topic)}"})
+        feeds.append(Feed(own, topic, _time(log, mapping, stream, topic), channels))
+    return feeds
 
 
 def _rank(stream: StreamMap, topic: Topic) -> tuple[int, int, int, int, str] | None:
@@ -138,7 +197,7 @@ def _present(log: Log, stream: StreamMap, topic: Topic, notes: list[str]) -> dic
             channels[name] = mapped
         elif there:
             missing = [f for f in mapped.fields if f not in there]
-            notes.append(f"{name} left out: {_label(topic)} has {', '.join(there)} but not {', '.join(missing)}")
+            notes.append(f"{name} left out: {label(topic)} has {', '.join(there)} but not {', '.join(missing)}")
     return channels
 
 
@@ -165,7 +224,7 @@ def _time(log: Log, mapping: Mapping, stream: StreamMap, topic: Topic) -> TimeMa
     if not fields:
         raise InputError(
             problem(
-                f"{log.path}: {_label(topic)} has no time column",
+                f"{log.path}: {label(topic)} has no time column",
                 f"one of {', '.join(declared.fields)}",
                 "Name it under `time` in a mapping.",
             )
@@ -173,7 +232,8 @@ def _time(log: Log, mapping: Mapping, stream: StreamMap, topic: Topic) -> TimeMa
     return TimeMap(fields=fields, unit=declared.unit)
 
 
-def _label(topic: Topic) -> str:
+def label(topic: Topic) -> str:
+    """A topic's name, with its instance where there are several."""
     return f"{topic.name}[{topic.instance}]" if topic.instance else topic.name
 
 

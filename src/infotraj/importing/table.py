@@ -1,8 +1,7 @@
-"""Tables: CSV (comma, semicolon or tab, one header line) and Parquet, in chunks, only the asked columns."""
+"""Tables: text (CSV, or as a mapping's `table` says) and Parquet, in chunks, only the asked columns."""
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,9 @@ import pyarrow.parquet as pq
 
 from infotraj.errors import InputError, problem
 from infotraj.importing.log import Request, Samples, Topic, reading
-from infotraj.rotations import Array
+from infotraj.importing.table_cells import list_length, list_numbers, numbers_of
+from infotraj.importing.table_format import SPACE, TableFormat, TextLines
+from infotraj.importing.table_lines import header, is_spaced, laid_out_header, row_delimiters, uneven_row
 
 _CHUNK = 200_000
 _EXPECTED = "a CSV or Parquet table with one header line"
@@ -24,59 +25,113 @@ class TableFile:
 
     kind = "table"
 
-    def __init__(self, path: Path, allow_damaged: bool = False) -> None:
+    def __init__(self, path: Path, allow_damaged: bool = False, layout: TableFormat | None = None) -> None:
         self.path = path
         self.notes: list[str] = []
         self._parquet = path.suffix == ".parquet"
+        self._layout = layout
+        self._cut = False
         rows: int | None = None
         with reading(path, _EXPECTED, _REMEDY):
             if self._parquet:
                 file = pq.ParquetFile(path)
-                self.columns = tuple(file.schema_arrow.names)
+                self._names = tuple(file.schema_arrow.names)
                 rows = file.metadata.num_rows
                 file.close()
             else:
-                self._delimiter, self.columns = _header(path)
-                self._per_row = _row_delimiters(path, self._delimiter, len(self.columns))
-                uneven = _uneven_row(path, self._delimiter, self._per_row)
-                self._cut = uneven is not None and uneven[2]
-                if uneven is not None and not (allow_damaged and self._cut):
-                    remedy = "give --allow-damaged to leave that row out" if self._cut else "correct the row"
-                    raise InputError(
-                        problem(
-                            f"{path}: {'the last row' if self._cut else f'row {uneven[0]}'} has {uneven[1]} fields",
-                            f"{self._per_row + 1}",
-                            f"It may be truncated: copy it again, or {remedy}.",
-                        )
-                    )
-                if self._cut:
-                    self.notes.append("the last row was cut and is left out")
-        twice = sorted({c for c in self.columns if self.columns.count(c) > 1})
+                self._open_text(allow_damaged)
+            self._lists = self._list_columns()
+        twice = sorted({c for c in self._names if self._names.count(c) > 1})
         if twice:
             raise InputError(
                 problem(f"{path}: column {twice[0]!r} appears twice", "every column once", "Rename one of them.")
             )
+        self.columns = tuple(
+            part
+            for name in self._names
+            for part in ([f"{name}[{k}]" for k in range(self._lists[name])] if name in self._lists else [name])
+        )
+        self._known = frozenset(self.columns)
         self.topics = [Topic(path.name, "", 0, rows)]
+
+    def _open_text(self, allow_damaged: bool) -> None:
+        if self._layout is None and is_spaced(self.path):
+            self._layout = TableFormat(separator=SPACE)
+        if self._layout is None:
+            self._delimiter, self._names = header(self.path)
+            self._per_row = row_delimiters(self.path, self._delimiter, len(self._names))
+            uneven = uneven_row(self.path, self._delimiter, self._per_row)
+        else:
+            self._delimiter, self._names = laid_out_header(self.path, self._layout)
+            self._per_row = len(self._names) - 1
+            uneven = self._uneven_line()
+        self._cut = uneven is not None and uneven[2]
+        if uneven is not None and not (allow_damaged and self._cut):
+            remedy = "give --allow-damaged to leave that row out" if self._cut else "correct the row"
+            raise InputError(
+                problem(
+                    f"{self.path}: {'the last row' if self._cut else f'row {uneven[0]}'} has {uneven[1]} fields",
+                    f"{self._per_row + 1}",
+                    f"It may be truncated: copy it again, or {remedy}.",
+                )
+            )
+        if self._cut:
+            self.notes.append("the last row was cut and is left out")
+
+    def _uneven_line(self) -> tuple[int, int, bool] | None:
+        """As `uneven_row`, line by line, for a text with a layout of its own."""
+        assert self._layout is not None
+        lines = TextLines(self.path, self._layout)
+        row, wrong = 0, None
+        for row, line in enumerate(lines, start=int(self._layout.header is not None)):
+            if wrong is not None:
+                return (*wrong, False)
+            if '"' in line:
+                break
+            fields = len(line.split()) if self._delimiter == SPACE else line.count(self._delimiter) + 1
+            if fields != self._per_row + 1:
+                wrong = (row, fields)
+        for _ in lines:
+            row += 1
+        if lines.left_out:
+            self.notes.append(f"{lines.left_out} lines without the line prefix are left out")
+        return (*wrong, True) if wrong is not None else None
+
+    def _list_columns(self) -> dict[str, int]:
+        """Columns whose cells are lists, with the length of the first."""
+        if self._parquet:
+            with pq.ParquetFile(self.path) as file:
+                nested = [f.name for f in file.schema_arrow if f.type.num_fields == 1]
+                batch = next(file.iter_batches(batch_size=1000, columns=nested), None) if nested else None
+                head = batch.to_pandas() if batch is not None else pd.DataFrame()
+        else:
+            head = self._frame(nrows=100, dtype=str)
+        lengths = {str(name): list_length(head[name]) for name in head}
+        return {name: length for name, length in lengths.items() if length}
 
     def close(self) -> None:
         """Nothing is held open."""
 
     def has(self, topic: Topic, name: str) -> bool:
         """True where the table has the column."""
-        return name.replace("*", "0") in self.columns
+        return name.replace("*", "0") in self._known
+
+    def fields(self, topic: Topic) -> list[str]:
+        """All columns."""
+        return [name for name in self.columns if name]
 
     def first(self, topic: Topic, name: str) -> Any:
         """The column's value in the first row."""
-        if name not in self.columns:
+        if name not in self._known:
             return None
         with reading(self.path, _EXPECTED, _REMEDY):
             if self._parquet:
                 with pq.ParquetFile(self.path) as file:
-                    for batch in file.iter_batches(batch_size=1, columns=[name]):
+                    for batch in file.iter_batches(batch_size=1, columns=[self._base(name)[0]]):
                         return batch.column(0)[0].as_py() if batch.num_rows else None
                 return None
-            head = pd.read_csv(self.path, sep=self._delimiter, usecols=[name], nrows=1, encoding="utf-8-sig")
-        return head[name].iloc[0] if len(head) else None
+            head = self._frame(nrows=1, usecols=[self._base(name)[0]])
+        return head.iloc[0, 0] if len(head) else None
 
     def read(self, requests: list[Request]) -> list[Samples]:
         """One pass; every asked column as doubles, an empty cell as NaN."""
@@ -104,24 +159,40 @@ class TableFile:
         if "*" not in name:
             return [name]
         group: list[str] = []
-        while name.replace("*", str(len(group))) in self.columns:
+        while name.replace("*", str(len(group))) in self._known:
             group.append(name.replace("*", str(len(group))))
         return group
 
+    def _base(self, name: str) -> tuple[str, int | None]:
+        """The column that holds a field, and the field's place in its lists."""
+        if name in self._names:
+            return name, None
+        column, _, place = name.rpartition("[")
+        return column, int(place[:-1])
+
     def _columns(self, names: list[str], whole: set[str]) -> dict[str, Any]:
         parts: dict[str, list[Any]] = {n: [] for n in names}
+        asked = list(dict.fromkeys(self._base(n)[0] for n in names))
         before = 0
-        for chunk in self._chunks(names):
+        for chunk in self._chunks(asked):
+            lists = {
+                column: list_numbers(chunk[column], column, self._lists[column], before, self.path)
+                for column in asked
+                if column in self._lists
+            }
             for name in names:
+                column, place = self._base(name)
+                if place is not None:
+                    parts[name].append(lists[column][:, place])
+                    continue
                 # Nanoseconds since 1970 do not fit a double: a time of whole numbers stays one.
                 integer = name in whole and pd.api.types.is_integer_dtype(chunk[name])
-                column = chunk[name].to_numpy(np.int64) if integer else None
-                parts[name].append(_numbers(chunk[name], name, before, self.path) if column is None else column)
+                parts[name].append(
+                    chunk[name].to_numpy(np.int64) if integer else numbers_of(chunk[name], name, before, self.path)
+                )
             before += len(chunk)
         out = {n: np.concatenate(p) if p else np.zeros(0) for n, p in parts.items()}
-        if not self._parquet and self._cut:
-            out = {n: values[:-1] for n, values in out.items()}
-        return out
+        return {n: values[:-1] for n, values in out.items()} if self._cut else out
 
     def _chunks(self, names: list[str]) -> Any:
         if self._parquet:
@@ -129,89 +200,24 @@ class TableFile:
                 for batch in file.iter_batches(batch_size=_CHUNK, columns=names):
                     yield batch.to_pandas()
             return
-        with pd.read_csv(
-            self.path,
-            sep=self._delimiter,
-            header=0,
-            names=[*self.columns, *([""] if self._per_row == len(self.columns) else [])],
-            usecols=names,
-            chunksize=_CHUNK,
+        lists = dict.fromkeys((n for n in names if n in self._lists), str)
+        with self._frame(usecols=names, chunksize=_CHUNK, dtype=lists) as reader:
+            yield from reader
+
+    def _frame(self, **options: Any) -> Any:
+        """The text by pandas' parser, under the names of the header."""
+        layout = self._layout
+        spare = [""] if self._per_row == len(self._names) else []
+        return pd.read_csv(
+            self.path if layout is None else TextLines(self.path, layout),
+            sep=r"\s+" if self._delimiter == SPACE else self._delimiter,
+            header=None if layout is not None and layout.header is not None else 0,
+            names=[*self._names, *spare],
+            decimal=layout.decimal if layout is not None else ".",
             encoding="utf-8-sig",
             skipinitialspace=True,
             low_memory=False,
             index_col=False,
             on_bad_lines="error",
-        ) as reader:
-            yield from reader
-
-
-def _numbers(column: Any, name: str, before: int, path: Path) -> Array:
-    if pd.api.types.is_numeric_dtype(column) or pd.api.types.is_bool_dtype(column):
-        return column.to_numpy(dtype=float, na_value=np.nan)
-    values = pd.to_numeric(column, errors="coerce")
-    text = np.flatnonzero(values.isna().to_numpy() & column.notna().to_numpy())
-    if text.size:
-        k = int(text[0])
-        raise InputError(
-            problem(
-                f"{path}: column {name!r}, row {before + k + 1}: {str(column.iloc[k])[:40]!r}",
-                "a number or an empty cell",
-                _REMEDY,
-            )
+            **options,
         )
-    return values.to_numpy(dtype=float, na_value=np.nan)
-
-
-def _header(path: Path) -> tuple[str, tuple[str, ...]]:
-    with open(path, encoding="utf-8-sig", newline="") as file:
-        line = file.readline(1 << 20)
-    if "\0" in line or not line.strip():
-        raise ValueError("no header line")
-    delimiter = max(",;\t", key=line.count)
-    names = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
-    return delimiter, tuple(n.strip().removeprefix("#").strip() for n in names)
-
-
-def _uneven_row(path: Path, delimiter: str, expected: int) -> tuple[int, int, bool] | None:
-    """(row, fields, is last) of the first row that has not `expected` delimiters; None where all have.
-
-    Counted in bytes, block by block: the parser itself takes a row of any length when only some columns are asked.
-    A file with quotes, whose cells may hold delimiters, is left to the parser.
-    """
-    mark, row, carried, length = ord(delimiter), -1, 0, 0
-    with open(path, "rb") as file:
-        while block := file.read(1 << 22):
-            if b'"' in block:
-                return None
-            data = np.frombuffer(block, dtype=np.uint8)
-            marks = np.flatnonzero((data == mark) | (data == 10))
-            line_ends = np.flatnonzero(data[marks] == 10)
-            ends = marks[line_ends]
-            counts = np.diff(line_ends, prepend=-1) - 1
-            lengths = np.diff(ends, prepend=-1) - 1
-            if ends.size:
-                counts[0] += carried
-                lengths[0] += length
-                # A lone carriage return is an empty line too.
-                wrong = np.flatnonzero((counts != expected) & (lengths > 1))
-                wrong = wrong[wrong + row + 1 > 0]  # the header may lack the delimiter that ends every row
-                if wrong.size:
-                    k = int(wrong[0])
-                    is_last = k == ends.size - 1 and ends[-1] == data.size - 1 and not file.peek(1)
-                    return row + 1 + k, int(counts[k]) + 1, is_last
-                row += ends.size
-                carried, length = int(marks.size - 1 - line_ends[-1]), int(data.size - 1 - ends[-1])
-            else:
-                carried, length = carried + int(marks.size), length + data.size
-    if length > 0 and carried != expected and row >= 0:
-        return row + 1, carried + 1, True
-    return None
-
-
-def _row_delimiters(path: Path, delimiter: str, columns: int) -> int:
-    """How many delimiters a row has: one less than columns, or as many where every row ends with one."""
-    with open(path, encoding="utf-8-sig", newline="") as file:
-        file.readline(1 << 20)
-        first = file.readline(1 << 20).rstrip("\r\n")
-    ends_with_one = first.count(delimiter) == columns and first.endswith(delimiter)
-    return columns if ends_with_one else columns - 1

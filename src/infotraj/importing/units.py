@@ -19,9 +19,11 @@ UNITS: dict[str, dict[str, tuple[float, float]]] = {
         "cm": (1e-2, 0.0),
         "mm": (1e-3, 0.0),
         "km": (1e3, 0.0),
+        "um": (1e-6, 0.0),
+        "in": (0.0254, 0.0),
         "ft": (0.3048, 0.0),
     },
-    "angle": {"rad": (1.0, 0.0), "mrad": (1e-3, 0.0), "deg": (_DEG, 0.0), "cdeg": (_DEG / 100.0, 0.0)},
+    "angle": {"rad": (1.0, 0.0), "mrad": (1e-3, 0.0), "deg": (_DEG, 0.0), "cdeg": (_DEG / 100.0, 0.0), "rev": (2.0 * float(np.pi), 0.0)},
     "speed": {
         "m/s": (1.0, 0.0),
         "cm/s": (1e-2, 0.0),
@@ -29,7 +31,7 @@ UNITS: dict[str, dict[str, tuple[float, float]]] = {
         "km/h": (1.0 / 3.6, 0.0),
         "ft/s": (0.3048, 0.0),
     },
-    "rate": {"rad/s": (1.0, 0.0), "mrad/s": (1e-3, 0.0), "deg/s": (_DEG, 0.0), "mdeg/s": (_DEG / 1000.0, 0.0)},
+    "rate": {"rad/s": (1.0, 0.0), "mrad/s": (1e-3, 0.0), "deg/s": (_DEG, 0.0), "mdeg/s": (_DEG / 1000.0, 0.0), "cdeg/s": (_DEG / 100.0, 0.0)},
     "acceleration": {
         "m/s^2": (1.0, 0.0),
         "cm/s^2": (1e-2, 0.0),
@@ -38,8 +40,8 @@ UNITS: dict[str, dict[str, tuple[float, float]]] = {
         "mg": (STANDARD_GRAVITY / 1000.0, 0.0),
     },
     "force": {"N": (1.0, 0.0), "mN": (1e-3, 0.0), "kgf": (STANDARD_GRAVITY, 0.0), "gf": (STANDARD_GRAVITY / 1e3, 0.0)},
-    "torque": {"N m": (1.0, 0.0), "N cm": (1e-2, 0.0), "N mm": (1e-3, 0.0)},
-    # A rotor's speed in rad/s, or its throttle 0..1; which of the two is the vehicle file's `input`.
+    "torque": {"N m": (1.0, 0.0), "N cm": (1e-2, 0.0), "N mm": (1e-3, 0.0), "mN m": (1e-3, 0.0), "kgf cm": (STANDARD_GRAVITY / 100.0, 0.0)},
+    # A rotor's speed in rad/s, its throttle 0..1, or its thrust in N; which of them is the vehicle file's `input`.
     "rotor": {
         "rad/s": (1.0, 0.0),
         "rpm": (_RPM, 0.0),
@@ -50,6 +52,10 @@ UNITS: dict[str, dict[str, tuple[float, float]]] = {
         "pwm16": (1.0 / 65535.0, 0.0),  # 0..65535, as the Crazyflie logs it
         "pwm_us": (1e-3, -1.0),  # pulse of 1000..2000 us
         "dshot": (1.0 / 2000.0, -47.0 / 2000.0),  # 47..2047
+        "duty8": (1.0 / 255.0, 0.0),  # 0..255
+        "N": (1.0, 0.0),
+        "mN": (1e-3, 0.0),
+        "gf": (STANDARD_GRAVITY / 1e3, 0.0),
     },
     "voltage": {"V": (1.0, 0.0), "mV": (1e-3, 0.0), "cV": (1e-2, 0.0)},
     "number": {"1": (1.0, 0.0)},
@@ -57,7 +63,9 @@ UNITS: dict[str, dict[str, tuple[float, float]]] = {
 
 SI = {dimension: next(iter(units)) for dimension, units in UNITS.items()}
 
-ROTOR_SPEED_UNITS = ("rad/s", "rpm", "krpm", "rev/s")
+# A sensor's or counter's own steps, which only the mapping's `scale` makes SI.
+for _dimension in UNITS.keys() - {"time", "number"}:
+    UNITS[_dimension]["counts"] = (1.0, 0.0)
 
 
 def conversion(dimension: str, unit: str) -> tuple[float, float]:
