@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import sys
 from pathlib import Path
 
@@ -16,6 +17,9 @@ from infotraj.errors import InfotrajError, InputError, UsageError, problem
 @click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG|FLIGHT...")
 @click.option("--vehicle", type=click.Path(path_type=Path), help="Vehicle file (YAML): gravity, limits of the rotors.")
 @click.option("--mapping", help="A shipped mapping's name or a mapping file; default: chosen by looking at the log.")
+@click.option(
+    "--set", "changes", multiple=True, metavar="CHANNEL.KEY=VALUE", help="Read a channel otherwise; repeatable."
+)
 @click.option("--json", "json_file", type=click.Path(path_type=Path), help="The whole report, for programs.")
 @click.option("--from", "start", type=float, help="First t to check, s.")
 @click.option("--to", "stop", type=float, help="Where to stop, s.")
@@ -26,6 +30,7 @@ def check_command(
     logs: tuple[Path, ...],
     vehicle: Path | None,
     mapping: str | None,
+    changes: tuple[str, ...],
     json_file: Path | None,
     start: float | None,
     stop: float | None,
@@ -41,11 +46,12 @@ def check_command(
         raise UsageError(problem(f"--to {stop:g} is not after --from {start:g}", "--from below --to", "Swap them."))
     from infotraj.checking.logs import check_logs
     from infotraj.checking.report import across_text, as_json, as_text
+    from infotraj.importing import parse_settings
     from infotraj.vehicle import load_vehicle
 
     believed = load_vehicle(vehicle) if vehicle is not None else None
     checks = []
-    for check in check_logs(logs, mapping, believed, start, stop):
+    for check in check_logs(logs, mapping, believed, start, stop, settings=parse_settings(changes)):
         checks.append(check)
         click.echo(as_text(check, notes=not quiet, details=verbose))
     together = across_text(checks)
@@ -58,19 +64,20 @@ def check_command(
     if rejected:
         click.echo(f"rejected: {' '.join(rejected)}", err=True)
     if not quiet:
-        click.echo(_next(kept, mapping), err=True)
+        click.echo(_next(kept, mapping, changes), err=True)
     if rejected and not (skip_rejected and kept):
         sys.exit(InputError.exit_status)
 
 
-def _next(kept: list[str], mapping: str | None) -> str:
+def _next(kept: list[str], mapping: str | None, changes: tuple[str, ...] = ()) -> str:
     if not kept:
         return "next: infotraj import --explain LOG, to see what was taken for what"
-    flights = [k for k in kept if k.endswith((".parquet", ".csv")) and mapping is None]
+    flights = [k for k in kept if k.endswith((".parquet", ".csv")) and mapping is None and not changes]
     shown = " ".join(kept[:3]) + (" ..." if len(kept) > 3 else "")
     if len(flights) == len(kept):
         return f"next: infotraj compare MODEL {shown}"
-    return f"next: infotraj import {shown}" + (f" --mapping {mapping}" if mapping else "") + " -o flights/"
+    read = (f" --mapping {mapping}" if mapping else "") + "".join(f" --set {shlex.quote(c)}" for c in changes)
+    return f"next: infotraj import {shown}{read} -o flights/"
 
 
 def _write(path: Path, text: str) -> None:

@@ -13,7 +13,7 @@ from infotraj.checking.finding import Finding
 from infotraj.checking.timing import order
 from infotraj.errors import InputError
 from infotraj.flight import Flight, read_flight
-from infotraj.importing import Mapping, Streams, read_streams, to_flight
+from infotraj.importing import Mapping, Settings, Streams, read_streams, to_flight
 
 # Transports deliver out of order by milliseconds; a clock that was set back jumps further.
 REORDERED = 0.05
@@ -33,13 +33,14 @@ def load(
     mapping: Mapping | str | Path | None = None,
     start: float | None = None,
     stop: float | None = None,
+    settings: Settings | None = None,
 ) -> Loaded:
     """Any log that can be imported, or a flight table. InputError where it cannot be read at all.
 
     Time that runs back or repeats is put in order here and reported, where `import` would refuse the log: `check` is to
     say all that is wrong with it, not only the first thing.
     """
-    read = read_streams(path, mapping, every=True)
+    read = read_streams(path, mapping, every=True, settings=settings)
     findings = _put_in_order(read)
     flight = to_flight(read, start=start, stop=stop)
     if read.mapping.name == "flight_table":

@@ -12,7 +12,7 @@ from infotraj.checking.load import load
 from infotraj.checking.whole import Check, examine
 from infotraj.errors import InputError
 from infotraj.flight import sha256
-from infotraj.importing import Mapping, load_mapping
+from infotraj.importing import Mapping, Settings, load_mapping
 from infotraj.vehicle import Vehicle
 
 
@@ -22,6 +22,8 @@ def check_logs(
     vehicle: Vehicle | None = None,
     start: float | None = None,
     stop: float | None = None,
+    *,
+    settings: Settings | None = None,
 ) -> Iterator[Check]:
     """The checks of logs or flight tables, in order.
 
@@ -38,7 +40,7 @@ def check_logs(
             continue
         bytes_seen[digest] = str(path)
         try:
-            loaded = load(path, chosen, start, stop)
+            loaded = load(path, chosen, start, stop, settings)
         except InputError as error:
             yield _refused(path, _unreadable(error))
             continue

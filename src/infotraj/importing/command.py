@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -18,9 +17,20 @@ from infotraj.errors import InfotrajError, InputError, UsageError, problem
 @click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG...")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="NAME.parquet or NAME.csv; a folder for several.")
 @click.option("--mapping", help="A shipped mapping's name or a mapping file; default: chosen by looking at the log.")
+@click.option(
+    "--set", "changes", multiple=True, metavar="CHANNEL.KEY=VALUE", help="Read a channel otherwise; repeatable."
+)
+@click.option(
+    "--fix", is_flag=True, help="Apply what `infotraj check` says would mend the log, and write that mapping."
+)
 @click.option("--explain", is_flag=True, help="Print what was recognised and what is missing; writes only with -o.")
 @click.option("--json", "json_file", type=click.Path(path_type=Path), help="The same, for programs.")
-@click.option("--save-mapping", type=click.Path(path_type=Path), help="Write the mapping that was used, to be edited.")
+@click.option(
+    "--save-mapping",
+    "mapping_file",
+    type=click.Path(path_type=Path),
+    help="Write the mapping that was used, to be edited.",
+)
 @click.option("--from", "start", type=float, help="First t to keep, s.")
 @click.option("--to", "stop", type=float, help="Where to stop, s.")
 @click.option("--rows", help="A channel whose samples make the rows, or a rate in Hz.")
@@ -38,9 +48,11 @@ def import_command(
     logs: tuple[Path, ...],
     output: Path | None,
     mapping: str | None,
+    changes: tuple[str, ...],
+    fix: bool,
     explain: bool,
     json_file: Path | None,
-    save_mapping: Path | None,
+    mapping_file: Path | None,
     start: float | None,
     stop: float | None,
     rows: str | None,
@@ -52,27 +64,28 @@ def import_command(
 ) -> None:
     """Turn LOG (ROS 1 or 2 bag, MCAP, ULog, Crazyflie, CSV, Parquet) into a flight table."""
     targets = _targets(logs, output, explain)
+    _require_fixable(logs, output, fix, mapping_file, allow_damaged)
     if start is not None and stop is not None and stop <= start:
         raise UsageError(problem(f"--to {stop:g} is not after --from {start:g}", "--from below --to", "Swap them."))
     _require_rows(rows)
     from infotraj.importing.explain import explain as explained
     from infotraj.importing.explain import inventory, missing_channels
-    from infotraj.importing.importer import import_log
+    from infotraj.importing.importer import to_flight
     from infotraj.importing.mapping_files import load_mapping
+    from infotraj.importing.reading import read_streams
+    from infotraj.importing.saving import save_extension, save_mapping, write_text
+    from infotraj.importing.settings import parse_settings
 
     chosen = load_mapping(mapping) if mapping is not None else None
+    settings = parse_settings(changes)
     report: dict[str, Any] = {"flights": [], "rejected": []}
     for log, target in zip(logs, targets, strict=True):
+        own = settings
         try:
-            flight = import_log(
-                log,
-                chosen,
-                start=start,
-                stop=stop,
-                definitions=definitions,
-                allow_damaged=allow_damaged,
-                rows=rows,
-            )
+            if fix:
+                own = _fixed(log, chosen, settings, start, stop, definitions, quiet)
+            read = read_streams(log, chosen, definitions=definitions, allow_damaged=allow_damaged, settings=own)
+            flight = to_flight(read, start=start, stop=stop, rows=rows)
         except InputError as error:
             report["rejected"].append({"path": str(log), "reason": str(error)})
             click.echo(f"rejected: {error}", err=True)
@@ -81,8 +94,13 @@ def import_command(
             continue
         if target is not None:
             _write(flight, target)
-        if save_mapping is not None:
-            _save_mapping(flight.meta["mapping"] if chosen is None else chosen, save_mapping)
+        if fix and target is not None:
+            saved = mapping_file or target.with_name(f"{target.stem}.mapping.yaml")
+            save_extension(mapping or flight.meta["mapping"], own, saved)
+            if not quiet:
+                click.echo(f"{saved}: the mapping with these settings", err=True)
+        elif mapping_file is not None:
+            save_mapping(flight.meta["mapping"] if chosen is None else chosen, own, mapping_file)
         report["flights"].append(
             {
                 "path": str(log),
@@ -94,7 +112,7 @@ def import_command(
             }
         )
         if explain:
-            click.echo(explained(flight))
+            click.echo(explained(flight, read, definitions, allow_damaged))
         if verbose:
             click.echo(yaml.safe_dump(flight.meta, sort_keys=False), err=True)
         if target is not None and not quiet:
@@ -102,7 +120,7 @@ def import_command(
                 click.echo(f"note: {note}", err=True)
             click.echo(f"{target}: {len(flight.table)} rows by mapping {flight.meta['mapping']}", err=True)
     if json_file is not None:
-        _write_text(json_file, json.dumps(report, indent=2))
+        write_text(json_file, json.dumps(report, indent=2))
     written = [f["output"] for f in report["flights"] if f["output"]]
     if written and not quiet:
         click.echo(f"next: infotraj check {' '.join(written)}", err=True)
@@ -150,12 +168,48 @@ def _print_inventory(inventory: Any, log: Path, definitions: tuple[Path, ...], a
         return  # the line that rejects the log has said why it cannot be opened
 
 
-def _save_mapping(used: Any, path: Path) -> None:
-    from infotraj.importing.mapping_files import load_mapping
+def _require_fixable(
+    logs: tuple[Path, ...], output: Path | None, fix: bool, mapping_file: Path | None, allow_damaged: bool
+) -> None:
+    if not fix:
+        return
+    if output is None:
+        raise UsageError(problem("--fix without -o", "-o flight.parquet", "Say where the table goes."))
+    if allow_damaged:
+        raise UsageError(problem("--fix with --allow-damaged", "one of them", "Import first, then fix the table."))
+    if mapping_file is not None and len(logs) > 1:
+        raise UsageError(problem(f"one --save-mapping for {len(logs)} logs", "one log", "Leave it out: each gets one."))
 
-    mapping = load_mapping(used) if isinstance(used, str) else used
-    content = mapping.model_dump(mode="json", exclude_defaults=True)
-    _write_text(path, yaml.safe_dump(content, sort_keys=False, width=110))
+
+def _fixed(
+    log: Path,
+    chosen: Any,
+    settings: Any,
+    start: float | None,
+    stop: float | None,
+    definitions: tuple[Path, ...],
+    quiet: bool,
+) -> Any:
+    """The settings that mend the log, said line by line."""
+    from infotraj.checking.load import load
+    from infotraj.checking.whole import examine
+    from infotraj.importing.fixing import fix
+    from infotraj.importing.recognise import recognise
+    from infotraj.importing.settings import with_settings
+
+    used = chosen if chosen is not None else recognise(log, definitions).mapping
+    used = used.model_copy(update={"definitions": (*map(str, definitions), *used.definitions)})
+    with_settings(used, settings)  # a wrong --set is an error of the call, not of the log
+    mended = fix(lambda now: examine(load(log, used, start, stop, now)).findings, used, settings)
+    if quiet:
+        return mended.settings
+    for setting, code, what in mended.changed:
+        click.echo(f"set {setting} ({code}: {what})", err=True)
+    for finding in mended.left:
+        click.echo(f"left: {finding.code}: {finding.what}", err=True)
+    if not mended.changed:
+        click.echo(f"{log}: nothing that a setting would mend", err=True)
+    return mended.settings
 
 
 def _write(flight: Any, target: Path) -> None:
@@ -165,17 +219,3 @@ def _write(flight: Any, target: Path) -> None:
         raise InfotrajError(
             problem(f"{target}: {error.strerror}", "a place that can be written", "Choose another -o.")
         ) from error
-
-
-def _write_text(path: Path, text: str) -> None:
-    part = path.with_name(f".{path.name}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part.write_text(text + ("" if text.endswith("\n") else "\n"))
-        os.replace(part, path)
-    except OSError as error:
-        raise InfotrajError(
-            problem(f"{path}: {error.strerror}", "a place that can be written", "Choose another.")
-        ) from error
-    finally:
-        part.unlink(missing_ok=True)

@@ -11,6 +11,7 @@ import pandas as pd
 from infotraj.errors import InputError, problem
 from infotraj.flight import Flight
 from infotraj.importing import clock, derive, resample
+from infotraj.importing.again import leave_derived, own_metadata, with_own_metadata
 from infotraj.importing.channels import CHANNELS, Resample
 from infotraj.importing.mapping import Mapping
 from infotraj.importing.metadata import channel_origin, table_metadata
@@ -48,6 +49,8 @@ def to_flight(
     read: Streams, *, start: float | None = None, stop: float | None = None, rows: str | None = None
 ) -> Flight:
     """The streams on one clock as a flight table. InputError where time runs back or values are impossible."""
+    own = own_metadata(read)
+    leave_derived(read, own)
     notes = list(read.notes)
     tidied = {name: _tidied(read, stream, start, stop, notes) for name, stream in read.streams.items()}
     t, rule, leader = _rows(read, tidied, rows)
@@ -88,7 +91,7 @@ def to_flight(
         if channel_name in values:
             columns.update(dict(zip(names[channel_name], values[channel_name].T, strict=True)))
     meta = table_metadata(read.path, read.kind, read.mapping, read.zero, t, rule, said, derived, notes)
-    return Flight(pd.DataFrame(columns), meta)
+    return with_own_metadata(Flight(pd.DataFrame(columns), meta), own)
 
 
 def _tidied(read: Streams, stream: Stream, start: float | None, stop: float | None, notes: list[str]) -> Stream:

@@ -23,7 +23,13 @@ UNITS: dict[str, dict[str, tuple[float, float]]] = {
         "in": (0.0254, 0.0),
         "ft": (0.3048, 0.0),
     },
-    "angle": {"rad": (1.0, 0.0), "mrad": (1e-3, 0.0), "deg": (_DEG, 0.0), "cdeg": (_DEG / 100.0, 0.0), "rev": (2.0 * float(np.pi), 0.0)},
+    "angle": {
+        "rad": (1.0, 0.0),
+        "mrad": (1e-3, 0.0),
+        "deg": (_DEG, 0.0),
+        "cdeg": (_DEG / 100.0, 0.0),
+        "rev": (2.0 * float(np.pi), 0.0),
+    },
     "speed": {
         "m/s": (1.0, 0.0),
         "cm/s": (1e-2, 0.0),
@@ -31,7 +37,13 @@ UNITS: dict[str, dict[str, tuple[float, float]]] = {
         "km/h": (1.0 / 3.6, 0.0),
         "ft/s": (0.3048, 0.0),
     },
-    "rate": {"rad/s": (1.0, 0.0), "mrad/s": (1e-3, 0.0), "deg/s": (_DEG, 0.0), "mdeg/s": (_DEG / 1000.0, 0.0), "cdeg/s": (_DEG / 100.0, 0.0)},
+    "rate": {
+        "rad/s": (1.0, 0.0),
+        "mrad/s": (1e-3, 0.0),
+        "deg/s": (_DEG, 0.0),
+        "mdeg/s": (_DEG / 1000.0, 0.0),
+        "cdeg/s": (_DEG / 100.0, 0.0),
+    },
     "acceleration": {
         "m/s^2": (1.0, 0.0),
         "cm/s^2": (1e-2, 0.0),
@@ -40,7 +52,13 @@ UNITS: dict[str, dict[str, tuple[float, float]]] = {
         "mg": (STANDARD_GRAVITY / 1000.0, 0.0),
     },
     "force": {"N": (1.0, 0.0), "mN": (1e-3, 0.0), "kgf": (STANDARD_GRAVITY, 0.0), "gf": (STANDARD_GRAVITY / 1e3, 0.0)},
-    "torque": {"N m": (1.0, 0.0), "N cm": (1e-2, 0.0), "N mm": (1e-3, 0.0), "mN m": (1e-3, 0.0), "kgf cm": (STANDARD_GRAVITY / 100.0, 0.0)},
+    "torque": {
+        "N m": (1.0, 0.0),
+        "N cm": (1e-2, 0.0),
+        "N mm": (1e-3, 0.0),
+        "mN m": (1e-3, 0.0),
+        "kgf cm": (STANDARD_GRAVITY / 100.0, 0.0),
+    },
     # A rotor's speed in rad/s, its throttle 0..1, or its thrust in N; which of them is the vehicle file's `input`.
     "rotor": {
         "rad/s": (1.0, 0.0),

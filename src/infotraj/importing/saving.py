@@ -1,0 +1,44 @@
+"""Files that stand beside an imported table, written whole or not at all: mappings, and reports for programs."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import yaml
+
+from infotraj.errors import InfotrajError, problem
+from infotraj.importing.mapping import Mapping
+from infotraj.importing.mapping_files import load_mapping, shipped
+from infotraj.importing.settings import Settings, with_settings
+
+
+def save_mapping(used: Mapping | str, settings: Settings, path: Path) -> None:
+    """The mapping that was used, whole, to be edited."""
+    mapping = with_settings(load_mapping(used) if isinstance(used, str) else used, settings)
+    _write_yaml(path, mapping.model_dump(mode="json", exclude_defaults=True))
+
+
+def save_extension(base: str, settings: Settings, path: Path) -> None:
+    """A mapping that takes over `base` (a shipped name or a path) with these settings on top."""
+    name = base if base in shipped() else os.path.relpath(base, path.parent)
+    _write_yaml(path, {"extends": name, "set": settings})
+
+
+def write_text(path: Path, text: str) -> None:
+    """A text file with an end to its last line. InfotrajError, one line, where it cannot be written."""
+    part = path.with_name(f".{path.name}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part.write_text(text + ("" if text.endswith("\n") else "\n"))
+        os.replace(part, path)
+    except OSError as error:
+        raise InfotrajError(
+            problem(f"{path}: {error.strerror}", "a place that can be written", "Choose another.")
+        ) from error
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _write_yaml(path: Path, content: object) -> None:
+    write_text(path, yaml.safe_dump(content, sort_keys=False, width=110))
