@@ -130,9 +130,9 @@ def _pass_over_silent(read: Streams, passed: dict[str, list[Feed]]) -> bool:
         values = read.streams[feed.stream.name].channels[channel]
         if np.any(np.isfinite(values) & (values != 0.0)):
             if silent:
-                read.plan.notes.append(
-                    f"{channel}: {label(silent[0].topic)} holds only zeros; {_source(feed)} is taken"
-                )
+                note = f"{channel}: {_source(silent[0])} holds only zeros; {_source(feed)} is taken"
+                read.plan.notes.append(note)
+                read.notes.append(note)
             continue
         passed.setdefault(channel, []).append(feed)
         if pass_over(read.plan, channel, passed[channel]):

@@ -22,7 +22,7 @@ _DEFAULT_TIME = {
 }
 
 
-@dataclass
+@dataclass(eq=False)
 class Feed:
     """One stream of the mapping that this log has: its topic, the channels present, and those used for the table."""
 

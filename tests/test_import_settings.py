@@ -1,0 +1,203 @@
+"""`--set` on import and check, on logs and on flight tables; and `--fix`, which sets what check says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from click.testing import CliRunner
+from flights_made import made_flight
+from writers_table import NED_MAPPING, write_ned_csv
+
+from infotraj import rotations
+from infotraj.checking import Finding
+from infotraj.checking.command import check_command
+from infotraj.errors import UsageError
+from infotraj.flight import Flight, read_flight
+from infotraj.importing import Settings, import_log, load_mapping, parse_mapping, parse_settings, shipped
+from infotraj.importing.command import import_command
+from infotraj.importing.fixing import fix
+from infotraj.importing.settings import settings_text, with_settings
+
+GOOD = made_flight(6.0)
+
+
+@pytest.fixture
+def table(tmp_path: Path) -> Path:
+    GOOD.write(tmp_path / "flight.parquet")
+    return tmp_path / "flight.parquet"
+
+
+def test_settings_are_yaml_and_read_back() -> None:
+    texts = ["rate.unit=deg/s", "rate.axes=[x, -y, -z]", "specific_force.shift=-5e-3", "rotor.absolute=true"]
+    found = parse_settings(texts)
+    mapping = with_settings(shipped()["flight_table"], found)
+    channels = mapping.streams[0].channels
+    assert (channels["rate"].unit, channels["rate"].axes) == ("deg/s", ("x", "-y", "-z"))
+    assert (channels["specific_force"].shift, channels["rotor"].absolute) == (-0.005, True)
+    assert with_settings(shipped()["flight_table"], parse_settings(settings_text(found))) == mapping
+    assert shipped()["flight_table"].streams[0].channels["rate"].unit is None
+
+
+def test_the_later_of_two_settings_counts_and_an_empty_one_resets() -> None:
+    assert parse_settings(["rate.unit=deg/s", "rate.unit=mrad/s"]) == {"rate": {"unit": "mrad/s"}}
+    mapping = parse_mapping({"extends": "nanobench", "set": {"attitude": {"order": None}}})
+    assert mapping.streams[0].channels["attitude"].order == "wxyz"
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ("rate", "rotor_command"),
+        ("rate.unit", "CHANNEL.KEY=VALUE"),
+        ("rat.unit=deg/s", "specific_force"),
+        ("rate.unti=deg/s", "expressed_in"),
+        ("rate.unit=[", "no YAML"),
+        ("rate.unit=ft", "rad/s, mrad/s"),
+        ("rate.scale=much", "scale"),
+        ("rate.order=zyxw", "wxyz"),
+        ("tilt.euler=true", "attitudes only"),
+        ("time.unit=h", "ms, us, ns"),
+    ],
+)
+@pytest.mark.parametrize("command", [import_command, check_command])
+def test_a_wrong_setting_is_one_line_with_the_known_names(command: object, text: str, named: str, table: Path) -> None:
+    out = ["-o", str(table.with_name("out.parquet"))] if command is import_command else []
+    with pytest.raises(UsageError) as error:
+        CliRunner().invoke(command, [str(table), "--set", text, *out], catch_exceptions=False)  # type: ignore[arg-type]
+    assert "\n" not in str(error.value)
+    assert named in str(error.value)
+    assert not table.with_name("out.parquet").exists()
+
+
+def test_a_flight_table_is_imported_again_with_settings(table: Path) -> None:
+    GOOD.table.assign(**{n: np.degrees(GOOD.table[n]) for n in ("wx", "wy", "wz")}, px=GOOD.table["px"] * 1e3).pipe(
+        lambda wrong: Flight(wrong, {**GOOD.meta, "accept": ["gaps"], "command_steps": 2}).write(table)
+    )
+    mended = table.with_name("mended.parquet")
+    changes = ["--set", "rate.unit=deg/s", "--set", "rotor_command.absolute=true", "--set", "position.scale=0.001"]
+    result = CliRunner().invoke(import_command, [str(table), *changes, "-o", str(mended)])
+    assert result.exit_code == 0, result.output
+    found = read_flight(mended)
+    np.testing.assert_allclose(found.get("wx", "wy", "wz"), GOOD.get("wx", "wy", "wz"), atol=1e-12)
+    np.testing.assert_allclose(found.get("px"), GOOD.get("px"), atol=1e-12)
+    assert found.meta["mapping"] == "flight_table"
+    assert found.meta["settings"] == ["rate.unit=deg/s", "rotor_command.absolute=true", "position.scale=0.001"]
+    assert (found.meta["accept"], found.meta["command_steps"]) == (["gaps"], 2)
+
+
+def test_what_a_table_had_derived_is_derived_again(tmp_path: Path) -> None:
+    """Rates that came from a quaternion in the wrong order are wrong themselves; they follow the mended attitude."""
+    poses = GOOD.table[["t", "px", "py", "pz", "qx", "qy", "qz", "qw"]]
+    poses.to_csv(tmp_path / "log.csv", index=False, float_format="%.17g")
+    wrong = parse_mapping(
+        {
+            "name": "wrong",
+            "reads": ["table"],
+            "time": {"fields": "t"},
+            "streams": [{"name": "s", "channels": {"attitude": {"fields": ["qx", "qy", "qz", "qw"]}}}],
+        }
+    )
+    import_log(tmp_path / "log.csv", wrong).write(tmp_path / "wrong.parquet")
+    found = import_log(tmp_path / "wrong.parquet", settings={"attitude": {"order": "xyzw"}})
+    angle = rotations.angle_between(found.get("qw", "qx", "qy", "qz"), GOOD.get("qw", "qx", "qy", "qz"))
+    assert angle.max() < 1e-7
+    np.testing.assert_allclose(found.get("wx", "wy", "wz")[5:-5], GOOD.get("wx", "wy", "wz")[5:-5], atol=1e-3)
+    assert found.meta["derived"] == ["wx", "wy", "wz"]
+    assert found.meta["origin"]["mapping"] == "wrong"
+
+
+def test_a_setting_on_a_raw_log_reaches_every_stream_with_the_channel(tmp_path: Path) -> None:
+    path = write_ned_csv(GOOD, tmp_path / "log.csv")
+    (tmp_path / "m.yaml").write_text(yaml.safe_dump(NED_MAPPING))
+    found = import_log(path, tmp_path / "m.yaml", settings={"battery": {"unit": "V", "scale": 0.001}})
+    np.testing.assert_allclose(found.get("battery"), GOOD.get("battery"), rtol=1e-12)
+    result = CliRunner().invoke(
+        check_command, [str(path), "--mapping", str(tmp_path / "m.yaml"), "--set", "rate.unit=rad/s"]
+    )
+    assert result.exit_code == 3, result.output  # degrees read as radians
+    assert "--set rate.unit=rad/s" not in result.stdout
+
+
+@dataclass
+class Truth:
+    """A log whose rates are in deg/s, 10 ms late, and whose force is mirrored; it is judged by what is still wrong."""
+
+    asked: int = 0
+
+    def __call__(self, settings: Settings) -> list[Finding]:
+        self.asked += 1
+        rate, force = settings.get("rate", {}), settings.get("specific_force", {})
+        found = []
+        if rate.get("unit") != "deg/s":
+            found.append(finding("rate_unit", "reject", "rate.unit=deg/s"))
+        lag = -0.010 - float(rate.get("shift", 0.0))
+        if abs(lag) > 1e-6:
+            seen = lag if abs(lag) < 0.008 else -0.007  # the first look sees most of it
+            found.append(finding("imu_clock_offset", "warning", f"rate.shift={seen:g}"))
+        if force.get("axes", ["x", "y", "z"]) != ["x", "-y", "-z"]:
+            found.append(finding("acceleration_axes", "reject", "specific_force.axes=[x,-y,-z]"))
+        return [*found, finding("gaps", "warning"), finding("jitter", "note", "rate.scale=5")]
+
+
+def finding(code: str, severity: str, *settings: str) -> Finding:
+    return Finding(code, severity, f"what {code} says", "effect", "remedy", settings=settings)  # type: ignore[arg-type]
+
+
+def test_fix_goes_on_until_nothing_is_left_that_a_setting_mends() -> None:
+    truth = Truth()
+    done = fix(truth, shipped()["flight_table"])
+    assert done.settings == {
+        "rate": {"unit": "deg/s", "shift": -0.01},
+        "specific_force": {"axes": ["x", "-y", "-z"]},
+    }
+    assert [f.code for f in done.left] == ["gaps"]
+    assert [entry[:2] for entry in done.changed] == [
+        ("rate.unit=deg/s", "rate_unit"),
+        ("specific_force.axes=[x,-y,-z]", "acceleration_axes"),
+        ("rate.shift=-0.007", "imu_clock_offset"),
+        ("rate.shift=-0.01", "imu_clock_offset"),
+    ]
+    assert truth.asked == 3
+
+
+def test_fix_turns_further_axes_on_top_and_multiplies_scales() -> None:
+    mapping = with_settings(shipped()["flight_table"], {"rate": {"axes": ["y", "-x", "z"]}, "position": {"scale": 0.5}})
+
+    def judge(settings: Settings) -> list[Finding]:
+        return [finding("rate_axes", "reject", "rate.axes=[y,-x,z]", "position.scale=0.1")] if not settings else []
+
+    done = fix(judge, mapping)
+    assert done.settings == {"rate": {"axes": ["-x", "-y", "z"]}, "position": {"scale": 0.05}}
+
+
+def test_fix_undoes_a_round_that_makes_nothing_better() -> None:
+    done = fix(lambda settings: [finding("rate_unit", "reject", "rate.unit=deg/s")], shipped()["flight_table"])
+    assert (done.settings, done.changed, [f.code for f in done.left]) == ({}, [], ["rate_unit"])
+
+
+def test_fix_passes_over_settings_that_it_cannot_read() -> None:
+    wrong = finding("rate_unit", "reject", "nonsense", "rate.unit=deg/s")
+    done = fix(lambda settings: [wrong], shipped()["flight_table"])
+    assert done.settings == {}
+
+
+def test_fix_writes_the_table_and_the_mapping_beside_it(table: Path) -> None:
+    """End to end: nothing is wrong with a good table, whose mapping then extends its own with no setting."""
+    out = table.with_name("fixed.parquet")
+    result = CliRunner().invoke(import_command, [str(table), "--fix", "-o", str(out), "--set", "battery.scale=2"])
+    assert result.exit_code == 0, result.output
+    content = yaml.safe_load(table.with_name("fixed.mapping.yaml").read_text())
+    assert content == {"extends": "flight_table", "set": {"battery": {"scale": 2}}}
+    again = import_log(table, load_mapping(table.with_name("fixed.mapping.yaml")))
+    assert again.table.equals(read_flight(out).table)
+    assert "left: " in result.stderr or "nothing that a setting would mend" in result.stderr
+
+
+@pytest.mark.parametrize("extra", [["--explain"], ["-o", "x.parquet", "--allow-damaged"]])
+def test_fix_needs_a_place_and_a_whole_log(extra: list[str], table: Path) -> None:
+    result = CliRunner().invoke(import_command, [str(table), "--fix", *extra])
+    assert isinstance(result.exception, UsageError)

@@ -1,0 +1,212 @@
+"""Tables that are no plain CSV: lists in a cell, a prefix on each line, blanks; and what is not used of a log."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from click.testing import CliRunner
+from flights_made import made_flight
+
+from infotraj.datasets.location import find_dataset, how_to_get
+from infotraj.errors import InputError, UsageError
+from infotraj.importing import Mapping, import_log, parse_mapping
+from infotraj.importing.command import import_command
+
+GOOD = made_flight(2.0)
+LISTS: dict[str, Any] = {
+    "position": {"fields": ["pos[0]", "pos[1]", "pos[2]"]},
+    "rotor_command": {"fields": "motors[*]"},
+}
+
+
+def table_mapping(channels: dict[str, Any], **top: Any) -> Mapping:
+    return parse_mapping(
+        {"name": "m", "reads": ["table"], "time": {"fields": "t"}, "streams": [{"name": "s", "channels": channels}]}
+        | top
+    )
+
+
+def list_columns(write: Any) -> pd.DataFrame:
+    rotors = GOOD.numbered("cmd_rotor_")
+    return pd.DataFrame(
+        {
+            "t": GOOD.t,
+            "pos": [write(row) for row in GOOD.get("px", "py", "pz")],
+            "motors": [write(row) for row in rotors],
+        }
+    )
+
+
+@pytest.mark.parametrize(
+    "write",
+    [
+        lambda row: "[" + ", ".join(f"{v:.17g}" for v in row) + "]",
+        lambda row: "[" + "  ".join(f"{v:.17g}" for v in row) + "]",
+        lambda row: "[ " + "\n ".join(f"{v:.17g}" for v in row) + " ]",
+        lambda row: "(" + ", ".join(f"{v:.17g}" for v in row) + ")",
+        lambda row: "array([" + ", ".join(f"{v:.17g}" for v in row) + "])",
+    ],
+    ids=["json", "numpy", "numpy over lines", "tuple", "repr"],
+)
+def test_list_cells_become_columns(write: Any, tmp_path: Path) -> None:
+    list_columns(write).to_csv(tmp_path / "log.csv", index=False, float_format="%.17g")
+    found = import_log(tmp_path / "log.csv", table_mapping(LISTS))
+    np.testing.assert_array_equal(found.get("px", "py", "pz"), GOOD.get("px", "py", "pz"))
+    np.testing.assert_array_equal(found.numbered("cmd_rotor_"), GOOD.numbered("cmd_rotor_"))
+
+
+def test_list_cells_without_quotes_between_blanks(tmp_path: Path) -> None:
+    table = list_columns(lambda row: "[" + " ".join(f"{v:.17g}" for v in row) + "]")
+    lines = [",".join(map(str, row)) for row in [tuple(table.columns), *table.itertuples(index=False)]]
+    (tmp_path / "log.csv").write_text("\n".join(lines) + "\n")
+    found = import_log(tmp_path / "log.csv", table_mapping(LISTS))
+    np.testing.assert_array_equal(found.get("px", "py", "pz"), GOOD.get("px", "py", "pz"))
+
+
+def test_lists_in_parquet(tmp_path: Path) -> None:
+    table = pa.Table.from_pandas(list_columns(list), preserve_index=False)
+    pq.write_table(table, tmp_path / "log.parquet")
+    found = import_log(tmp_path / "log.parquet", table_mapping(LISTS))
+    np.testing.assert_array_equal(found.numbered("cmd_rotor_"), GOOD.numbered("cmd_rotor_"))
+
+
+def test_an_empty_list_cell_is_no_sample_and_a_short_one_is_named(tmp_path: Path) -> None:
+    table = list_columns(lambda row: str(list(map(float, row))))
+    table.loc[3, "pos"] = None
+    table.to_csv(tmp_path / "log.csv", index=False)
+    found = import_log(tmp_path / "log.csv", table_mapping(LISTS))
+    assert np.isnan(found.get("px", "py", "pz")[3]).all()
+    assert np.isfinite(found.get("px")[4])
+    table.loc[5, "pos"] = "[1.0, 2.0]"
+    table.to_csv(tmp_path / "log.csv", index=False)
+    with pytest.raises(InputError, match=r"column 'pos', row 6: '\[1.0, 2.0\]'; expected a list of 3 numbers"):
+        import_log(tmp_path / "log.csv", table_mapping(LISTS))
+
+
+def test_columns_of_blanks(tmp_path: Path) -> None:
+    GOOD.table.to_string(tmp_path / "log.txt", index=False, float_format=lambda v: f"{v:.12f}")
+    found = import_log(tmp_path / "log.txt")
+    assert found.meta["mapping"] == "flight_table"
+    np.testing.assert_allclose(found.get("px", "vx", "ax"), GOOD.get("px", "vx", "ax"), atol=1e-11)
+
+
+def prefixed(rows: pd.DataFrame, prefix: str) -> str:
+    text = rows.to_csv(index=False, float_format="%.17g")
+    return "".join(f"{prefix % k}{line}\n" for k, line in enumerate(text.splitlines()))
+
+
+def test_a_prefix_is_taken_off_and_other_lines_are_left_out(tmp_path: Path) -> None:
+    text = prefixed(GOOD.table, "[%d] <INFO> log: ").splitlines(keepends=True)
+    text.insert(5, "[4] <WARN> a word from elsewhere\n")
+    (tmp_path / "log.log").write_text("".join(text))
+    layout = {"line_prefix": r"\[\d+\] <INFO> log: "}
+    channels = {"position": {"fields": ["px", "py", "pz"]}}
+    found = import_log(tmp_path / "log.log", table_mapping(channels, table=layout))
+    np.testing.assert_array_equal(found.get("px", "py", "pz"), GOOD.get("px", "py", "pz"))
+    assert "1 lines without the line prefix are left out" in found.meta["notes"]
+
+
+def test_comments_skipped_lines_names_and_decimal_commas_as_declared(tmp_path: Path) -> None:
+    rows = "\n".join(
+        ";".join(f"{v:.12f}".replace(".", ",") for v in row) for row in GOOD.get("px", "py", "pz", "vx").round(12)
+    )
+    (tmp_path / "log.txt").write_text(f"some machine\nof 2026\n% no names\n{rows}\n% end\n")
+    layout = {"skip": 2, "comment": "%", "separator": ";", "decimal": ",", "header": ["a", "b", "c", "t"]}
+    channels = {"position": {"fields": ["a", "b", "c"]}}
+    with pytest.raises(InputError, match="time goes back"):  # vx is no time, but it is read as one
+        import_log(tmp_path / "log.txt", table_mapping(channels, table=layout))
+    rows = "\n".join(f"{k / 100:.2f};{x:.12f}".replace(".", ",") for k, x in enumerate(GOOD.get("px")[:, 0]))
+    (tmp_path / "log.txt").write_text(f"some machine\nof 2026\n% no names\n{rows}\n% end\n")
+    layout["header"] = ["t", "x"]
+    channels = {"position": {"fields": ["x"], "mix": [[1], [0], [0]]}}
+    found = import_log(tmp_path / "log.txt", table_mapping(channels, table=layout))
+    np.testing.assert_allclose(found.get("px"), GOOD.get("px"), atol=1e-11)
+    np.testing.assert_allclose(found.t, GOOD.t, atol=1e-12)
+
+
+def test_a_cut_line_of_a_prefixed_log(tmp_path: Path) -> None:
+    text = prefixed(GOOD.table, "[%d] ")
+    (tmp_path / "log.log").write_text(text[:-40])
+    mapping = table_mapping({"position": {"fields": ["px", "py", "pz"]}}, table={"line_prefix": r"\[\d+\] "})
+    with pytest.raises(InputError, match="the last row has"):
+        import_log(tmp_path / "log.log", mapping)
+    found = import_log(tmp_path / "log.log", mapping, allow_damaged=True)
+    assert len(found.table) == len(GOOD.table) - 1
+    half = text.splitlines(keepends=True)
+    half[50] = half[50][:60] + "\n"
+    (tmp_path / "log.log").write_text("".join(half))
+    with pytest.raises(InputError, match="row 50 has"):
+        import_log(tmp_path / "log.log", mapping, allow_damaged=True)
+
+
+def test_a_layout_whose_prefix_is_not_there(tmp_path: Path) -> None:
+    GOOD.table.to_csv(tmp_path / "log.csv", index=False)
+    mapping = table_mapping({"position": {"fields": ["px", "py", "pz"]}}, table={"line_prefix": "never"})
+    with pytest.raises(InputError, match="no line of the layout"):
+        import_log(tmp_path / "log.csv", mapping)
+
+
+@pytest.mark.parametrize("layout", [{"line_prefix": "["}, {"decimal": "x"}, {"separator": ",", "decimal": ","}])
+def test_a_wrong_layout_is_one_line(layout: dict[str, Any]) -> None:
+    with pytest.raises(UsageError) as error:
+        table_mapping({"position": {"fields": ["px", "py", "pz"]}}, table=layout)
+    assert "\n" not in str(error.value)
+
+
+def test_explain_says_what_is_not_used_and_why(tmp_path: Path) -> None:
+    table = GOOD.table.drop(columns=["qz"]).assign(note="text", temperature=GOOD.t, flag=3, nothing=np.nan)
+    table.to_csv(tmp_path / "log.csv", index=False)
+    result = CliRunner().invoke(import_command, [str(tmp_path / "log.csv"), "--explain"])
+    assert result.exit_code == 0, result.output
+    lines = result.stdout.splitlines()
+    assert "- qw, qx, qy: for attitude, qz is lacking" in lines
+    assert "- temperature: no channel of mapping flight_table asks for it" in lines
+    assert "- note: no channel of mapping flight_table asks for it; text" in lines
+    assert "- flag: no channel of mapping flight_table asks for it; constant 3" in lines
+    assert "- nothing: no channel of mapping flight_table asks for it; empty" in lines
+    assert any(line.startswith("- attitude: needed for") and line.endswith("(lacking qz)") for line in lines)
+    assert not any(line.startswith("- px") for line in lines)
+
+
+def test_explain_does_not_say_that_a_mapping_fits_that_finds_no_channel(tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_text("t,x\n0,1\n1,2\n")
+    result = CliRunner().invoke(import_command, [str(tmp_path / "log.csv"), "--explain"])
+    assert result.exit_code == 3
+    assert "mapping flight_table has what it requires (t), but finds the columns of no channel" in result.stdout
+    assert " fits;" not in result.stdout
+
+
+def test_flights_of_an_octorotor_with_a_loggers_prefix() -> None:
+    folder = find_dataset("acsl_x8")
+    if folder is None:
+        pytest.skip(how_to_get("acsl_x8"))
+    rows = {}
+    for path in sorted(folder.rglob("*.log")):
+        found = import_log(path)
+        rows[path.stem] = (found.meta["mapping"], len(found.table))
+        if found.meta["mapping"] == "acsl_x8":
+            flown = found.between(12.0, 18.0)
+            thrust = flown.numbered("cmd_rotor_").sum(axis=1)
+            assert flown.numbered("cmd_rotor_").shape[1] == 8
+            # the weight is 18.8 N; the loaded flight asks for twice that (NOTES.md)
+            assert (40 if "20240729" in path.stem else 18) < np.median(thrust) < (60 if "20240729" in path.stem else 28)
+            assert np.median(flown.get("pz")) > 0.1
+            # thrust acts along the table's z axis: hardly tilted, that axis points up
+            up = 1 - 2 * (flown.get("qx") ** 2 + flown.get("qy") ** 2)
+            assert np.median(up) > 0.9
+    assert rows == {
+        "log_20240613_115633": ("acsl_x8", 3261),
+        "log_20240613_121802": ("acsl_x8", 2901),
+        "log_20240621_103807": ("acsl_x8", 3318),
+        "log_20240729_163817": ("acsl_x8", 2289),
+        "mocap_log_20240613_115633": ("acsl_mocap", 11491),
+        "mocap_log_20240613_121802": ("acsl_mocap", 10072),
+        "mocap_log_20240621_103807": ("acsl_mocap", 11441),
+        "mocap_log_20240729_163817": ("acsl_mocap", 7941),
+    }
