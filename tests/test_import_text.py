@@ -205,8 +205,81 @@ def test_flights_of_an_octorotor_with_a_loggers_prefix() -> None:
         "log_20240613_121802": ("acsl_x8", 2901),
         "log_20240621_103807": ("acsl_x8", 3318),
         "log_20240729_163817": ("acsl_x8", 2289),
-        "mocap_log_20240613_115633": ("acsl_mocap", 11491),
-        "mocap_log_20240613_121802": ("acsl_mocap", 10072),
-        "mocap_log_20240621_103807": ("acsl_mocap", 11441),
-        "mocap_log_20240729_163817": ("acsl_mocap", 7941),
+        "mocap_log_20240613_115633": ("acsl_mocap", 3256),
+        "mocap_log_20240613_121802": ("acsl_mocap", 2901),
+        "mocap_log_20240621_103807": ("acsl_mocap", 3313),
+        "mocap_log_20240729_163817": ("acsl_mocap", 2278),
     }
+
+
+def two_files(folder: Path, zero: float = 0.0) -> tuple[Path, Path]:
+    motors = GOOD.table.filter(regex=r"^(t|cmd_rotor_\d)$")
+    motors.to_csv(folder / "motors.csv", index=False, float_format="%.17g")
+    poses = GOOD.table[["t", "px", "py", "pz", "qw", "qx", "qy", "qz"]].rename(columns={"t": "time"})
+    held = poses.loc[poses.index.repeat(3)].reset_index(drop=True)
+    held["time"] = np.interp(np.arange(len(held)) / 3, poses.index, poses["time"]) + zero
+    held.to_csv(folder / "poses.csv", index=False, float_format="%.17g")
+    return folder / "motors.csv", folder / "poses.csv"
+
+
+JOINED = {
+    "name": "m",
+    "reads": ["table"],
+    "time": {"fields": "t"},
+    "streams": [
+        {
+            "name": "tracker",
+            "time": {"fields": "time"},
+            "drop_repeats": True,
+            "channels": {
+                "position": {"fields": ["px", "py", "pz"]},
+                "attitude": {"fields": ["qw", "qx", "qy", "qz"]},
+            },
+        },
+        {"name": "motors", "channels": {"rotor_command": {"fields": "cmd_rotor_*"}}},
+    ],
+}
+
+
+def test_two_tables_of_one_flight_and_held_samples(tmp_path: Path) -> None:
+    """Poses that a logger wrote three times over, in a file of their own: each counts once, where it was new."""
+    motors, poses = two_files(tmp_path)
+    found = import_log(motors, parse_mapping(JOINED), beside=(poses,))
+    np.testing.assert_allclose(found.t, GOOD.t, atol=1e-12)
+    np.testing.assert_array_equal(found.get("px", "qw"), GOOD.get("px", "qw"))
+    np.testing.assert_array_equal(found.numbered("cmd_rotor_"), GOOD.numbered("cmd_rotor_"))
+    assert [entry["source_file"] for entry in found.meta["with"]] == ["poses.csv"]
+    assert "tracker: 400 of 600 samples repeat the one before and are left out" in found.meta["notes"]
+    alone = import_log(motors, parse_mapping(JOINED))
+    assert "px" not in alone.table
+
+
+def test_two_tables_whose_clocks_have_nothing_in_common(tmp_path: Path) -> None:
+    motors, poses = two_files(tmp_path, zero=100.0)
+    with pytest.raises(InputError, match="nothing in common"):
+        import_log(motors, parse_mapping(JOINED), beside=(poses,))
+    shifted = parse_mapping({**JOINED, "streams": [{**JOINED["streams"][0], "shift": -100.0}, JOINED["streams"][1]]})
+    np.testing.assert_allclose(import_log(motors, shifted, beside=(poses,)).t, GOOD.t, atol=1e-9)
+
+
+def test_the_motion_capture_beside_a_log_is_the_pose() -> None:
+    folder = find_dataset("acsl_x8")
+    if folder is None:
+        pytest.skip(how_to_get("acsl_x8"))
+    log = next(folder.rglob("log_20240621_103807.log"))
+    tracker = next(folder.rglob("mocap_log_20240621_103807.log"))
+    found = import_log(log, beside=(tracker,), start=12.0, stop=20.0)
+    assert found.meta["channels"]["position"]["stream"] == "mocap"
+    assert found.meta["channels"]["rotor_command"]["unit"] == "N"
+    assert 95 < found.meta["channels"]["position"]["rate_hz"] < 101  # held over 370 Hz in the file
+
+
+@pytest.mark.parametrize("extra", [["--fix"], ["second.csv"]])
+def test_with_is_for_one_log_and_not_beside_fix(extra: list[str], tmp_path: Path) -> None:
+    motors, poses = two_files(tmp_path)
+    (tmp_path / "second.csv").write_text("t\n0\n1\n")
+    more = [str(tmp_path / e) if e.endswith(".csv") else e for e in extra]
+    out = ["-o", str(tmp_path / "out" if len(more[0]) > 8 else tmp_path / "out.parquet")]
+    result = CliRunner().invoke(import_command, [str(motors), *more, "--with", str(poses), *out])
+    assert isinstance(result.exception, UsageError)
+    assert not list(tmp_path.glob("out*"))

@@ -17,11 +17,10 @@ from infotraj.errors import InfotrajError, InputError, UsageError, problem
 @click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG...")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="NAME.parquet or NAME.csv; a folder for several.")
 @click.option("--mapping", help="A shipped mapping's name or a mapping file; default: chosen by looking at the log.")
+@click.option("--set", "changes", multiple=True, metavar="CHANNEL.KEY=VALUE", help="Replaces a mapping's key.")
+@click.option("--fix", is_flag=True, help="Apply what `infotraj check` says would mend it; writes the mapping, too.")
 @click.option(
-    "--set", "changes", multiple=True, metavar="CHANNEL.KEY=VALUE", help="Read a channel otherwise; repeatable."
-)
-@click.option(
-    "--fix", is_flag=True, help="Apply what `infotraj check` says would mend the log, and write that mapping."
+    "--with", "beside", multiple=True, type=click.Path(path_type=Path), help="A further table of the same flight."
 )
 @click.option("--explain", is_flag=True, help="Print what was recognised and what is missing; writes only with -o.")
 @click.option("--json", "json_file", type=click.Path(path_type=Path), help="The same, for programs.")
@@ -48,6 +47,7 @@ def import_command(
     logs: tuple[Path, ...],
     output: Path | None,
     mapping: str | None,
+    beside: tuple[Path, ...],
     changes: tuple[str, ...],
     fix: bool,
     explain: bool,
@@ -64,7 +64,9 @@ def import_command(
 ) -> None:
     """Turn LOG (ROS 1 or 2 bag, MCAP, ULog, Crazyflie, CSV, Parquet) into a flight table."""
     targets = _targets(logs, output, explain)
-    _require_fixable(logs, output, fix, mapping_file, allow_damaged)
+    _require_fixable(logs, output, fix, mapping_file, allow_damaged or bool(beside))
+    if beside and len(logs) > 1:
+        raise UsageError(problem(f"--with for {len(logs)} logs", "one log", "Import them one by one."))
     if start is not None and stop is not None and stop <= start:
         raise UsageError(problem(f"--to {stop:g} is not after --from {start:g}", "--from below --to", "Swap them."))
     _require_rows(rows)
@@ -84,7 +86,9 @@ def import_command(
         try:
             if fix:
                 own = _fixed(log, chosen, settings, start, stop, definitions, quiet)
-            read = read_streams(log, chosen, definitions=definitions, allow_damaged=allow_damaged, settings=own)
+            read = read_streams(
+                log, chosen, definitions=definitions, allow_damaged=allow_damaged, settings=own, beside=beside
+            )
             flight = to_flight(read, start=start, stop=stop, rows=rows)
         except InputError as error:
             report["rejected"].append({"path": str(log), "reason": str(error)})
@@ -169,14 +173,15 @@ def _print_inventory(inventory: Any, log: Path, definitions: tuple[Path, ...], a
 
 
 def _require_fixable(
-    logs: tuple[Path, ...], output: Path | None, fix: bool, mapping_file: Path | None, allow_damaged: bool
+    logs: tuple[Path, ...], output: Path | None, fix: bool, mapping_file: Path | None, read_otherwise: bool
 ) -> None:
     if not fix:
         return
     if output is None:
         raise UsageError(problem("--fix without -o", "-o flight.parquet", "Say where the table goes."))
-    if allow_damaged:
-        raise UsageError(problem("--fix with --allow-damaged", "one of them", "Import first, then fix the table."))
+    if read_otherwise:
+        remedy = "Import first, then fix the table."
+        raise UsageError(problem("--fix beside --allow-damaged or --with", "--fix without them", remedy))
     if mapping_file is not None and len(logs) > 1:
         raise UsageError(problem(f"one --save-mapping for {len(logs)} logs", "one log", "Leave it out: each gets one."))
 

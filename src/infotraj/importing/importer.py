@@ -14,7 +14,7 @@ from infotraj.importing import clock, derive, resample
 from infotraj.importing.again import leave_derived, own_metadata, with_own_metadata
 from infotraj.importing.channels import CHANNELS, Resample
 from infotraj.importing.mapping import Mapping
-from infotraj.importing.metadata import channel_origin, table_metadata
+from infotraj.importing.metadata import channel_origin, content_hash, table_metadata
 from infotraj.importing.plausible import require_plausible
 from infotraj.importing.reading import Stream, Streams, leading_feed, read_streams
 from infotraj.importing.settings import Settings
@@ -31,6 +31,7 @@ def import_log(
     allow_damaged: bool = False,
     rows: str | None = None,
     settings: Settings | None = None,
+    beside: tuple[Path, ...] = (),
 ) -> Flight:
     """A log as a flight table (SI, world z up, body x forward y left z up).
 
@@ -38,10 +39,13 @@ def import_log(
     start, stop: s, on the table's t; start <= t < stop. definitions: message definitions that a bag lacks.
     rows: a channel whose samples make the rows, or a rate in Hz; default: as the mapping says.
     settings: {channel: {key: value}}, replaced in the mapping (`parse_settings` reads them from text).
+    beside: further tables of the same flight whose times count from the same zero.
     InputError where the log cannot be used, UsageError where the mapping is wrong.
     """
     path = Path(path)
-    read = read_streams(path, mapping, definitions=definitions, allow_damaged=allow_damaged, settings=settings)
+    read = read_streams(
+        path, mapping, definitions=definitions, allow_damaged=allow_damaged, settings=settings, beside=beside
+    )
     return to_flight(read, start=start, stop=stop, rows=rows)
 
 
@@ -91,6 +95,8 @@ def to_flight(
         if channel_name in values:
             columns.update(dict(zip(names[channel_name], values[channel_name].T, strict=True)))
     meta = table_metadata(read.path, read.kind, read.mapping, read.zero, t, rule, said, derived, notes)
+    if read.beside:
+        meta["with"] = [{"source_file": p.name, "source_sha256": content_hash(p)} for p in read.beside]
     return with_own_metadata(Flight(pd.DataFrame(columns), meta), own)
 
 

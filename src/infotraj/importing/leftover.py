@@ -18,7 +18,7 @@ _SHOWN = 3
 
 def unused(read: Streams, definitions: tuple[Path, ...] = (), allow_damaged: bool = False) -> dict[str, str]:
     """Column, variable or topic: the reason why the table has nothing of it."""
-    with opened(read.path, read.mapping, definitions, allow_damaged) as (log, _):
+    with opened(read.path, read.mapping, definitions, allow_damaged, beside=read.beside) as (log, _):
         fields = getattr(log, "fields", None)
         if fields is None:
             return {label(t): why for t in log.topics if (why := _topic_reason(t, read.plan)) is not None}
@@ -37,7 +37,7 @@ def wanting(read: Streams, channel: str, definitions: tuple[Path, ...] = (), all
     if not offers:
         return f"mapping {read.mapping.name} names no stream for it"
     partly, others = [], []
-    with opened(read.path, read.mapping, definitions, allow_damaged) as (log, _):
+    with opened(read.path, read.mapping, definitions, allow_damaged, beside=read.beside) as (log, _):
         for stream, mapped in offers:
             topics = [t for t in log.topics if t.messages != 0 and _names_topic(stream, t)]
             best = max((sum(log.has(t, f) for f in mapped.fields) for t in topics), default=0)

@@ -50,6 +50,7 @@ class StreamMap(Strict):
     body: Axes | None = None
     max_gap: float | None = Field(None, gt=0, description="s; default: 1.5 median periods plus jitter")
     shift: Number = Field(0.0, description="s, added to the stream's time stamps")
+    drop_repeats: bool = Field(False, description="samples that repeat the one before in every channel are no samples")
     channels: dict[str, ChannelMap] = Field(min_length=1)
 
     @model_validator(mode="after")

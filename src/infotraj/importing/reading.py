@@ -9,15 +9,19 @@ from pathlib import Path
 
 import numpy as np
 
+from infotraj.errors import UsageError, problem
 from infotraj.importing import clock, convert, resample
 from infotraj.importing.channels import CHANNELS
+from infotraj.importing.joined import JoinedTables, require_overlap
 from infotraj.importing.log import Log, Request
 from infotraj.importing.mapping import Mapping
 from infotraj.importing.mapping_files import load_mapping, shipped
 from infotraj.importing.opening import kind_of, open_log
 from infotraj.importing.recognise import choose
 from infotraj.importing.settings import Settings, with_settings
-from infotraj.importing.streams import Feed, Plan, give_back, label, pass_over, plan, require_channels
+from infotraj.importing.silent import pass_over_silent
+from infotraj.importing.streams import Feed, Plan, plan, require_channels
+from infotraj.importing.table import TableFile
 from infotraj.importing.table_format import TableFormat
 from infotraj.rotations import Array
 
@@ -56,6 +60,7 @@ class Streams:
     streams: dict[str, Stream]
     zero: float
     notes: list[str]
+    beside: tuple[Path, ...] = ()
 
 
 def read_streams(
@@ -66,19 +71,24 @@ def read_streams(
     allow_damaged: bool = False,
     every: bool = False,
     settings: Settings | None = None,
+    beside: tuple[Path, ...] = (),
 ) -> Streams:
     """The streams of a log in SI and table axes, timed as logged. `every`: also channels that the table leaves out.
 
     `settings` replace keys of the mapping's channels. Where a channel's feed holds nothing but zeros, and another one
-    of the log carries the channel, that one is taken.
+    of the log carries the channel, that one is taken. `beside`: further tables of the same flight on the same clock.
     """
     path = Path(path)
-    with opened(path, mapping, definitions, allow_damaged, settings) as (log, chosen):
+    with opened(path, mapping, definitions, allow_damaged, settings, beside) as (log, chosen):
         require_channels(chosen, log)
         read = _read(log, chosen, every)
         passed: dict[str, list[Feed]] = {}
-        while _pass_over_silent(read, passed):
+        while pass_over_silent(chosen, {s.name: s.channels for s in read.streams.values()}, passed, read.notes):
             read = _read(log, chosen, every)
+        read.beside = beside
+        if beside:
+            spans = {s.name: (float(s.t.min()), float(s.t.max())) for s in read.streams.values() if s.t.size}
+            require_overlap(path, spans)
         return read
 
 
@@ -89,6 +99,7 @@ def opened(
     definitions: tuple[Path, ...] = (),
     allow_damaged: bool = False,
     settings: Settings | None = None,
+    beside: tuple[Path, ...] = (),
 ) -> Iterator[tuple[Log, Plan]]:
     """The open log with the plan of the given mapping, or of the shipped one that fits best, with these settings."""
     given = mapping if isinstance(mapping, Mapping) or mapping is None else load_mapping(mapping)
@@ -98,6 +109,8 @@ def opened(
     names = frozenset(topic for m in candidates for s in m.streams for topic in (s.topic or ()))
     folders = (*definitions, *(Path(d) for d in given.definitions)) if given is not None else definitions
     log = open_log(path, kind, names, folders, allow_damaged, layout)
+    if beside:
+        log = _joined(log, beside, layout, allow_damaged)
     try:
         alike = [m for m in candidates if m.table == layout]
         chosen = plan(log, given) if given is not None else choose(log, alike)
@@ -114,37 +127,15 @@ def table_layout(path: Path, candidates: list[Mapping]) -> TableFormat | None:
     return next((layout for layout in layouts if layout.recognises(path)), None)
 
 
-def _pass_over_silent(read: Streams, passed: dict[str, list[Feed]]) -> bool:
-    """Moves every silent channel on to the log's next feed of it; True where one was moved.
-
-    A tracker that sends no attitude logs zeros, and so does the instance of a topic that drives nothing. Where all
-    feeds are silent, the first one is kept.
-    """
-    moved = False
-    for channel in read.plan.channels:
-        feed = read.plan.feed_of(channel)
-        assert feed is not None
-        silent = passed.get(channel, [])
-        if feed in silent or channel == "airborne":
-            continue
-        values = read.streams[feed.stream.name].channels[channel]
-        if np.any(np.isfinite(values) & (values != 0.0)):
-            if silent:
-                note = f"{channel}: {_source(silent[0])} holds only zeros; {_source(feed)} is taken"
-                read.plan.notes.append(note)
-                read.notes.append(note)
-            continue
-        passed.setdefault(channel, []).append(feed)
-        if pass_over(read.plan, channel, passed[channel]):
-            moved = True
-        elif len(passed[channel]) > 1:
-            give_back(read.plan, channel, passed[channel][0])
-            moved = True
-    return moved
-
-
-def _source(feed: Feed) -> str:
-    return f"{feed.stream.name} ({label(feed.topic)})"
+def _joined(log: Log, beside: tuple[Path, ...], layout: TableFormat | None, allow_damaged: bool) -> Log:
+    further = []
+    for path in beside:
+        if not isinstance(log, TableFile) or kind_of(path) != "table":
+            raise UsageError(problem(f"--with {path}: not all are tables", "tables (CSV, text, Parquet)", "Join them."))
+        own = layout if path.suffix != ".parquet" else None
+        further.append(TableFile(path, allow_damaged, own))
+    assert isinstance(log, TableFile)
+    return JoinedTables([log, *further])
 
 
 def _read(log: Log, chosen: Plan, every: bool) -> Streams:
@@ -175,6 +166,8 @@ def _read(log: Log, chosen: Plan, every: bool) -> Streams:
             c: convert.channel_values(c, feed.channels[c], feed.stream, chosen.mapping, sample) for c in wanted[name]
         }
         tick = all_ticks[name]
+        if feed.stream.drop_repeats:
+            channels = _without_repeats(name, tick, channels, notes)
         streams[name] = Stream(
             name, feed.topic.name, clock.seconds(tick, zero) + feed.shift, channels, tick.source, delays[name], feed
         )
@@ -182,6 +175,19 @@ def _read(log: Log, chosen: Plan, every: bool) -> Streams:
     ticks = all_ticks[leader.stream.name]
     start = float(zero) / 1e9 if ticks.nanoseconds else float(zero)
     return Streams(log.path, log.kind, chosen.mapping, chosen, streams, start, notes)
+
+
+def _without_repeats(name: str, tick: clock.Ticks, channels: dict[str, Array], notes: list[str]) -> dict[str, Array]:
+    """The samples that differ from the one before, in time and channels."""
+    if not channels or not tick.values.size:
+        return channels
+    together = np.concatenate([values.reshape(tick.values.size, -1) for values in channels.values()], axis=1)
+    same = (together[1:] == together[:-1]) | (np.isnan(together[1:]) & np.isnan(together[:-1]))
+    new = np.append(True, ~same.all(axis=1))
+    if not new.all():
+        notes.append(f"{name}: {int((~new).sum())} of {new.size} samples repeat the one before and are left out")
+    tick.values = tick.values[new]
+    return {channel: values[new] for channel, values in channels.items()}
 
 
 def _wanted(feed: Feed, every: bool) -> list[str]:

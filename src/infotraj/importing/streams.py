@@ -82,39 +82,6 @@ def plan(log: Log, mapping: Mapping) -> Plan:
     return Plan(mapping, feeds, notes, spares)
 
 
-def pass_over(found: Plan, channel: str, silent: list[Feed]) -> bool:
-    """Takes a channel from the next feed that carries it and is not among `silent`; False where there is none.
-
-    First other topics of the same stream (another instance), then the streams after it, then those before it.
-    """
-    feed = found.feed_of(channel)
-    if feed is None:
-        return False
-    place = found.feeds.index(feed)
-    kin = [s for s in found.spares if s.stream.name.startswith(feed.stream.name)]
-    order = [*kin, *found.feeds[place + 1 :], *found.feeds[:place], *found.spares]
-    following = next((f for f in order if channel in f.channels and f not in silent and f is not feed), None)
-    if following is None:
-        return False
-    _move(found, channel, feed, following)
-    return True
-
-
-def give_back(found: Plan, channel: str, first: Feed) -> None:
-    """Takes a channel from `first` again."""
-    feed = found.feed_of(channel)
-    if feed is not None and feed is not first:
-        _move(found, channel, feed, first)
-
-
-def _move(found: Plan, channel: str, feed: Feed, following: Feed) -> None:
-    feed.used.remove(channel)
-    following.used.append(channel)
-    if following in found.spares:
-        found.spares.remove(following)
-        found.feeds.append(following)
-
-
 def require_channels(found: Plan, log: Log) -> None:
     """InputError, saying what the log has, where the mapping finds nothing in it."""
     if found.channels:
@@ -195,11 +162,12 @@ def _rank(stream: StreamMap, topic: Topic) -> tuple[int, int, int, int, str] | N
 def _present(log: Log, stream: StreamMap, topic: Topic, notes: list[str]) -> dict[str, ChannelMap]:
     channels = {}
     for name, mapped in stream.channels.items():
-        there = [f for f in mapped.fields if log.has(topic, f)]
-        if len(there) == len(mapped.fields):
+        fields = (*mapped.fields, *((mapped.count,) if mapped.count is not None else ()))
+        there = [f for f in fields if log.has(topic, f)]
+        if len(there) == len(fields):
             channels[name] = mapped
         elif there:
-            missing = [f for f in mapped.fields if f not in there]
+            missing = [f for f in fields if f not in there]
             notes.append(f"{name} left out: {label(topic)} has {', '.join(there)} but not {', '.join(missing)}")
     return channels
 
