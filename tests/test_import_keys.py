@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 import yaml
 from flights_made import made_flight
+from writers_ulog import write_ulog
 
 from infotraj import rotations
 from infotraj.errors import InfotrajError, InputError, UsageError
@@ -206,6 +207,15 @@ def test_a_silent_stream_hands_the_channel_on(tmp_path: Path) -> None:
     assert any("holds only zeros" in note for note in found.meta["notes"])
     angle = rotations.angle_between(found.get("qw", "qx", "qy", "qz"), GOOD.get("qw", "qx", "qy", "qz"))
     assert angle.max() < 1e-7
+
+
+def test_a_silent_instance_of_a_topic_gives_way_to_the_next(tmp_path: Path) -> None:
+    throttle = {c: GOOD.table[c] / 1000.0 for c in GOOD.table if c.startswith("cmd_rotor_")}
+    dead = Flight(GOOD.table.assign(battery=0.0, **throttle), {})
+    found = import_log(write_ulog(dead, tmp_path / "log.ulg"))
+    np.testing.assert_array_equal(found.table["battery"].dropna(), 5.0)  # what the second instance holds
+    assert found.meta["channels"]["battery"]["instance"] == 1
+    assert "battery: battery (battery_status) holds only zeros" in " ".join(found.meta["notes"])
 
 
 def test_a_stream_that_is_silent_everywhere_stays_the_first(tmp_path: Path) -> None:
