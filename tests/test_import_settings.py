@@ -17,9 +17,19 @@ from infotraj.checking import Finding
 from infotraj.checking.command import check_command
 from infotraj.errors import UsageError
 from infotraj.flight import Flight, read_flight
-from infotraj.importing import Settings, import_log, load_mapping, parse_mapping, parse_settings, shipped
+from infotraj.importing import (
+    Settings,
+    import_log,
+    load_mapping,
+    parse_mapping,
+    parse_settings,
+    read_streams,
+    shipped,
+)
+from infotraj.importing.channels import CHANNELS
 from infotraj.importing.command import import_command
 from infotraj.importing.fixing import fix
+from infotraj.importing.on_top import on_top
 from infotraj.importing.settings import settings_text, with_settings
 
 GOOD = made_flight(6.0)
@@ -58,7 +68,7 @@ def test_the_later_of_two_settings_counts_and_an_empty_one_resets() -> None:
         ("rate.unit=[", "no YAML"),
         ("rate.unit=ft", "rad/s, mrad/s"),
         ("rate.scale=much", "scale"),
-        ("rate.order=zyxw", "wxyz"),
+        ("rate.order=zyx", "wxyz"),
         ("tilt.euler=true", "attitudes only"),
         ("time.unit=h", "ms, us, ns"),
     ],
@@ -134,11 +144,11 @@ class Truth:
         found = []
         if rate.get("unit") != "deg/s":
             found.append(finding("rate_unit", "reject", "rate.unit=deg/s"))
-        lag = -0.010 - float(rate.get("shift", 0.0))
-        if abs(lag) > 1e-6:
-            seen = lag if abs(lag) < 0.008 else -0.007  # the first look sees most of it
+        now = float(rate.get("shift", 0.0))
+        if abs(now + 0.010) > 1e-6:
+            seen = -0.010 if now else -0.007  # the first look sees most of it
             found.append(finding("imu_clock_offset", "warning", f"rate.shift={seen:g}"))
-        if force.get("axes", ["x", "y", "z"]) != ["x", "-y", "-z"]:
+        if "axes" not in force:
             found.append(finding("acceleration_axes", "reject", "specific_force.axes=[x,-y,-z]"))
         return [*found, finding("gaps", "warning"), finding("jitter", "note", "rate.scale=5")]
 
@@ -164,14 +174,50 @@ def test_fix_goes_on_until_nothing_is_left_that_a_setting_mends() -> None:
     assert truth.asked == 3
 
 
-def test_fix_turns_further_axes_on_top_and_multiplies_scales() -> None:
-    mapping = with_settings(shipped()["flight_table"], {"rate": {"axes": ["y", "-x", "z"]}, "position": {"scale": 0.5}})
+CHANGES = {
+    "axes turned on top": ("rate", {"axes": ["y", "-x", "z"]}, "rate.axes=[y,-x,z]", "rate.axes=[-x,-y,z]"),
+    "scales multiplied": ("position", {"scale": 0.5}, "position.scale=0.1", "position.scale=0.05"),
+    "shifts added": ("velocity", {"shift": 0.02}, "velocity.shift=-0.005", "velocity.shift=0.015"),
+    "a world turned back": ("position", {"world": "NED"}, "position.world=NED", "position.world=ENU"),
+    "a body turned back": ("rate", {"body": "FRD"}, "rate.body=FRD", "rate.body=FLU"),
+    "a body turned on": ("rate", {"body": "RFU"}, "rate.body=FRD", "rate.body=[y,x,-z]"),
+    "order of a table": ("attitude", {}, "attitude.order=wxyz", "attitude.order=zwxy"),
+    "order of a log": ("attitude", {"order": "xyzw"}, "attitude.order=wxyz", "attitude.order=wxyz"),
+    "order set right": ("attitude", {}, "attitude.order=xyzw", "attitude.order=xyzw"),
+    "inverse of an inverse": (
+        "attitude", {"rotates": "world_to_body"}, "attitude.rotates=world_to_body", "attitude.rotates=body_to_world"
+    ),
+    "a unit as it is": ("rate", {"unit": "deg/s"}, "rate.unit=rad/s", "rate.unit=rad/s"),
+    "no reading": ("rate", {}, "nonsense", "nonsense"),
+}  # fmt: skip
 
-    def judge(settings: Settings) -> list[Finding]:
-        return [finding("rate_axes", "reject", "rate.axes=[y,-x,z]", "position.scale=0.1")] if not settings else []
 
-    done = fix(judge, mapping)
-    assert done.settings == {"rate": {"axes": ["-x", "-y", "z"]}, "position": {"scale": 0.05}}
+@pytest.mark.parametrize("name", CHANGES)
+def test_a_finding_about_the_table_becomes_keys_of_its_mapping(name: str, table: Path) -> None:
+    channel, keys, said, wanted = CHANGES[name]
+    mapping = with_settings(shipped()["flight_table"], {channel: keys}) if keys else shipped()["flight_table"]
+    assert on_top(read_streams(table, mapping).plan, (said,)) == (wanted,)
+
+
+@pytest.mark.parametrize("name", [n for n in CHANGES if n not in ("a unit as it is", "no reading")])
+def test_setting_on_top_is_importing_twice(name: str, tmp_path: Path) -> None:
+    """What a setting does to a table that an import made, the setting on top does to the log, in one import."""
+    channel, keys, said, wanted = CHANGES[name]
+    GOOD.write(tmp_path / "log.parquet")
+    mapping = with_settings(shipped()["flight_table"], {channel: keys}) if keys else shipped()["flight_table"]
+    import_log(tmp_path / "log.parquet", mapping).write(tmp_path / "once.parquet")
+    order = {"attitude.order=wxyz": "attitude.order=zwxy"}  # a table's own columns are never read as x y z w
+    twice = import_log(tmp_path / "once.parquet", settings=parse_settings([order.get(said, said)]))
+    direct = import_log(tmp_path / "log.parquet", with_settings(mapping, parse_settings([wanted])))
+    columns = CHANNELS[channel].columns
+    rows = slice(10, -10)
+    if channel == "attitude":
+        angle = rotations.angle_between(direct.get(*columns)[rows], twice.get(*columns)[rows])
+        assert angle.max() < 1e-7
+    else:
+        # two interpolations in place of one, where the channel is shifted
+        atol = 2e-4 if "shift" in said else 1e-12
+        np.testing.assert_allclose(direct.get(*columns)[rows], twice.get(*columns)[rows], atol=atol)
 
 
 def test_fix_undoes_a_round_that_makes_nothing_better() -> None:
@@ -179,10 +225,19 @@ def test_fix_undoes_a_round_that_makes_nothing_better() -> None:
     assert (done.settings, done.changed, [f.code for f in done.left]) == ({}, [], ["rate_unit"])
 
 
-def test_fix_passes_over_settings_that_it_cannot_read() -> None:
-    wrong = finding("rate_unit", "reject", "nonsense", "rate.unit=deg/s")
-    done = fix(lambda settings: [wrong], shipped()["flight_table"])
-    assert done.settings == {}
+def test_fix_passes_over_settings_that_the_mapping_does_not_take() -> None:
+    wrong = [
+        finding("rate_unit", "reject", "nonsense"),
+        finding("attitude_unit", "reject", "attitude.unit=deg"),  # a table holds quaternions
+        finding("attitude_order", "reject", "attitude.order=wxyz"),  # it is so already
+    ]
+
+    def judge(settings: Settings) -> list[Finding]:
+        return [*wrong, finding("rate_axes", "reject", "rate.axes=[x,-y,-z]")] if not settings else wrong
+
+    done = fix(judge, shipped()["flight_table"])
+    assert done.settings == {"rate": {"axes": ["x", "-y", "-z"]}}
+    assert [f.code for f in done.left] == ["rate_unit", "attitude_unit", "attitude_order"]
 
 
 def test_fix_writes_the_table_and_the_mapping_beside_it(table: Path) -> None:

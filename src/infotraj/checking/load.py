@@ -13,7 +13,7 @@ from infotraj.checking.finding import Finding
 from infotraj.checking.timing import order
 from infotraj.errors import InputError
 from infotraj.flight import Flight, read_flight
-from infotraj.importing import Mapping, Settings, Streams, read_streams, to_flight
+from infotraj.importing import Mapping, Plan, Settings, Streams, read_streams, to_flight
 
 # Transports deliver out of order by milliseconds; a clock that was set back jumps further.
 REORDERED = 0.05
@@ -21,11 +21,15 @@ REORDERED = 0.05
 
 @dataclass(frozen=True)
 class Loaded:
-    """The flight, the streams that its table leaves out, and findings about the time stamps as they were logged."""
+    """The flight, the streams that its table leaves out, and findings about the time stamps as they were logged.
+
+    `plan`: the mapping that it was read with, and what came from where.
+    """
 
     flight: Flight
     beside: list[Beside] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
+    plan: Plan | None = None
 
 
 def load(
@@ -46,7 +50,7 @@ def load(
     if read.mapping.name == "flight_table":
         flight = _with_own_metadata(flight, Path(path))
     findings = [f for f in findings if not f.spans or _within(f, flight)]
-    return Loaded(flight, list(_beside(read)), findings)
+    return Loaded(flight, list(_beside(read)), findings, read.plan)
 
 
 def _put_in_order(read: Streams) -> list[Finding]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from infotraj.checking.finding import Finding
 from infotraj.checking.identical import content_hash, copy_finding
 from infotraj.checking.load import load
+from infotraj.checking.standing import standing
 from infotraj.checking.whole import Check, examine
 from infotraj.errors import InputError
 from infotraj.flight import sha256
@@ -44,7 +45,8 @@ def check_logs(
         except InputError as error:
             yield _refused(path, _unreadable(error))
             continue
-        check = replace(examine(loaded, vehicle), source=str(path))
+        check = examine(loaded, vehicle)
+        check = replace(check, source=str(path), findings=standing(check.findings, loaded.plan))
         numbers = content_hash(loaded.flight)
         if numbers in numbers_seen:
             again = copy_finding(numbers_seen[numbers], same_bytes=False)

@@ -6,9 +6,11 @@ from infotraj.importing.mapping_files import load_mapping, parse_mapping, shippe
 from infotraj.importing.reading import Stream, Streams, read_streams
 from infotraj.importing.recognise import recognise
 from infotraj.importing.settings import Settings, parse_settings
+from infotraj.importing.streams import Plan
 
 __all__ = [
     "Mapping",
+    "Plan",
     "Settings",
     "Stream",
     "Streams",

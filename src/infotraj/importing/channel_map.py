@@ -53,7 +53,7 @@ class ChannelMap(Strict):
         None, description="least and greatest value, in SI, where the robot limits what is logged before the limit"
     )
     shift: Number = Field(0.0, description="s, added to the channel's time stamps (a sample logged too late: negative)")
-    order: Literal["wxyz", "xyzw"] = Field("wxyz", description="of a quaternion's fields")
+    order: str = Field("wxyz", description="of a quaternion's fields: the letters w, x, y, z as they stand")
     euler: bool = Field(False, description="attitude only: the fields are roll, pitch, yaw; R = Rz(yaw) Ry(pitch) Rx")
     rotates: Literal["body_to_world", "world_to_body"] = Field("body_to_world", description="attitude only")
     expressed_in: Literal["world", "body"] | None = Field(None, description="axes of a vector; default: the table's")
@@ -70,6 +70,8 @@ class ChannelMap(Strict):
     def _consistent(self) -> ChannelMap:
         frame_matrix(self.world, "world")
         frame_matrix(self.body, "body")
+        if sorted(self.order) != list("wxyz"):
+            raise ValueError(f"order {self.order!r} is not w, x, y and z in some order (wxyz, xyzw)")
         if self.axes is not None:
             axes_matrix(self.axes, mirrored=True)
         if self.clip is not None and self.clip[0] >= self.clip[1]:

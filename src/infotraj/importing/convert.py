@@ -109,7 +109,7 @@ def _attitude(mapped: ChannelMap, values: Array, world: Array, body: Array) -> A
     if mapped.euler:
         q = rotations.from_euler(values[:, 0], values[:, 1], values[:, 2])
     else:
-        q = values[:, [3, 0, 1, 2]] if mapped.order == "xyzw" else values
+        q = values if mapped.order == "wxyz" else values[:, [mapped.order.index(letter) for letter in "wxyz"]]
     # All zeros is how estimators and trackers say "not yet"; it is no attitude.
     q = np.where((q == 0).all(axis=-1, keepdims=True), np.nan, q)
     if mapped.rotates == "world_to_body":

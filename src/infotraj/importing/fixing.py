@@ -1,24 +1,18 @@
-"""Settings that mend what `check` found, applied in rounds: each time the log is imported anew and judged again.
-
-A finding's settings speak of the flight as it was just imported. What the mapping says already is therefore not thrown
-away: a further shift or offset is added, a further scale multiplied, and further axes turned on top.
-"""
+"""Settings that mend what `check` found, applied in rounds: each time the log is imported anew and judged again."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
-
-import numpy as np
+from typing import Protocol
 
 from infotraj.errors import UsageError
-from infotraj.importing.frames import axes_matrix
 from infotraj.importing.mapping import Mapping
-from infotraj.importing.settings import Settings, merged, parse_settings, settings_text
+from infotraj.importing.settings import Settings, merged, parse_settings, settings_text, with_settings
 
 ROUNDS = 3
 _SEVERITIES = ("reject", "cut", "warning")
+Why = tuple[str, str, str]
 
 
 class Judged(Protocol):
@@ -39,7 +33,7 @@ class Fix:
     """What was changed and why (setting, code, sentence), the settings together, and the findings that are left."""
 
     settings: Settings = field(default_factory=dict)
-    changed: list[tuple[str, str, str]] = field(default_factory=list)
+    changed: list[Why] = field(default_factory=list)
     left: list[Judged] = field(default_factory=list)
 
 
@@ -54,10 +48,7 @@ def fix(judge: Callable[[Settings], Sequence[Judged]], mapping: Mapping, setting
         proposed, why = _proposed(done.left, mapping, done.settings)
         if not why:
             break
-        try:
-            left = _grave(judge(proposed))
-        except UsageError:
-            break  # a setting that this mapping does not take leaves the finding as it is
+        left = _grave(judge(proposed))
         if _badness(left) >= _badness(done.left):
             break
         done.settings, done.left = proposed, left
@@ -74,52 +65,26 @@ def _badness(findings: Sequence[Judged]) -> tuple[int, ...]:
     return tuple(sum(f.severity == severity for f in findings) for severity in _SEVERITIES)
 
 
-def _proposed(
-    findings: Sequence[Judged], mapping: Mapping, settings: Settings
-) -> tuple[Settings, list[tuple[str, str, str]]]:
-    """The settings with those of all findings on top, the gravest first; of two for one key the first counts."""
-    new: Settings = {}
-    why = []
+def _proposed(findings: Sequence[Judged], mapping: Mapping, settings: Settings) -> tuple[Settings, list[Why]]:
+    """The settings with those of all findings on top, the gravest first; of two for one key the first counts.
+
+    Settings that the mapping does not take, or that change nothing, leave their finding as it is.
+    """
+    proposed, set_now = settings, set()
+    why: list[Why] = []
     for finding in sorted(findings, key=lambda f: _SEVERITIES.index(f.severity)):
         try:
             wanted = parse_settings(finding.settings)
+            taken = {
+                channel: {key: value for key, value in keys.items() if (channel, key) not in set_now}
+                for channel, keys in wanted.items()
+            }
+            changed = with_settings(mapping, merged(proposed, taken))
         except UsageError:
             continue
-        for channel, keys in wanted.items():
-            for key, value in keys.items():
-                if key in new.get(channel, {}):
-                    continue
-                known = settings.get(channel, {})
-                old = known[key] if key in known else _declared(mapping, channel, key)
-                now = _on_top(key, value, old)
-                if now == old:
-                    continue
-                new.setdefault(channel, {})[key] = now
-                why.append((*settings_text({channel: {key: now}}), finding.code, finding.what))
-    return merged(settings, new), why
-
-
-def _declared(mapping: Mapping, channel: str, key: str) -> Any:
-    """What the first stream with the channel says."""
-    mapped = next((s.channels[channel] for s in mapping.streams if channel in s.channels), None)
-    return getattr(mapped, key, None)
-
-
-def _on_top(key: str, value: Any, old: Any) -> Any:
-    if old is None or value is None:
-        return value
-    try:
-        if key in ("shift", "offset"):
-            return round(float(old) + float(value), 9)
-        if key == "scale":
-            return float(f"{float(old) * float(value):.9g}")
-        if key == "axes":
-            return _axes(axes_matrix(value, mirrored=True) @ axes_matrix(old, mirrored=True))
-    except (TypeError, ValueError):
-        return value
-    return value
-
-
-def _axes(matrix: Any) -> list[str]:
-    columns = np.argmax(np.abs(matrix), axis=1)
-    return [("-" if matrix[k, c] < 0 else "") + "xyz"[c] for k, c in enumerate(columns)]
+        if not any(taken.values()) or changed.streams == with_settings(mapping, proposed).streams:
+            continue
+        proposed = merged(proposed, taken)
+        set_now |= {(channel, key) for channel, keys in taken.items() for key in keys}
+        why += [(text, finding.code, finding.what) for text in settings_text(taken)]
+    return proposed, why

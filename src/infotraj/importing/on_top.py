@@ -1,0 +1,74 @@
+"""What a finding says of a flight as it was imported, as keys of the mapping that it was imported with.
+
+A finding knows the table: its rates have other axes, its clock is late. The mapping may have turned and shifted on the
+way there already. So a further shift or offset is added to what the mapping says, a scale multiplied, axes and frames
+turned on top, and the order of a quaternion is that of the log's fields. What is said of the log itself (a unit, the
+axes that a vector is expressed in) stays as it is.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from infotraj.errors import UsageError
+from infotraj.importing.channel_map import ChannelMap, frame_matrix
+from infotraj.importing.convert import frame_of
+from infotraj.importing.frames import BODY_FRAMES, WORLD_FRAMES, axes_matrix
+from infotraj.importing.mapping import Mapping, StreamMap
+from infotraj.importing.settings import Settings, parse_settings, settings_text
+from infotraj.importing.streams import Plan
+from infotraj.rotations import Array
+
+# A log's w x y z that was read as x y z w stands in the table's w x y z as z w x y.
+_READ_AS = {"xyzw": "xyzw", "wxyz": "zwxy"}
+
+
+def on_top(found: Plan, texts: tuple[str, ...]) -> tuple[str, ...]:
+    """Settings about the imported table as `--set` takes them with this mapping; unreadable ones as they are."""
+    try:
+        wanted = parse_settings(texts)
+    except UsageError:
+        return texts
+    out: Settings = {}
+    for channel, keys in wanted.items():
+        feed = found.feed_of(channel)
+        for key, value in keys.items():
+            if feed is not None:
+                value = _composed(key, value, feed.channels[channel], feed.stream, found.mapping)
+            out.setdefault(channel, {})[key] = value
+    return settings_text(out)
+
+
+def _composed(key: str, value: Any, mapped: ChannelMap, stream: StreamMap, mapping: Mapping) -> Any:
+    try:
+        if key in ("shift", "offset"):
+            return round(getattr(mapped, key) + float(value), 9)
+        if key == "scale":
+            return float(f"{mapped.scale * float(value):.9g}")
+        if key == "axes":
+            old = axes_matrix(mapped.axes, mirrored=True) if mapped.axes is not None else np.eye(3)
+            return _axes(axes_matrix(value, mirrored=True) @ old)
+        if key in ("world", "body"):
+            further = frame_matrix(tuple(value) if isinstance(value, list) else value, key)
+            return value if further is None else _frame(key, further @ frame_of(mapped, stream, mapping, key))
+        if key == "order":
+            letters = dict(zip("wxyz", _READ_AS[value], strict=True))
+            return "".join(letters[letter] for letter in mapped.order)
+        if key == "rotates" and value == mapped.rotates == "world_to_body":
+            return "body_to_world"
+    except (TypeError, ValueError, KeyError):
+        return value
+    return value
+
+
+def _frame(key: str, matrix: Array) -> Any:
+    named = WORLD_FRAMES if key == "world" else BODY_FRAMES
+    axes = tuple(_axes(matrix))
+    return next((name for name, known in named.items() if known == axes), list(axes))
+
+
+def _axes(matrix: Array) -> list[str]:
+    columns = np.argmax(np.abs(matrix), axis=1)
+    return [("-" if matrix[k, c] < 0 else "") + "xyz"[c] for k, c in enumerate(columns)]
