@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,7 @@ from writers_table import NED_MAPPING, write_ned_csv
 from infotraj import rotations
 from infotraj.checking import Finding
 from infotraj.checking.command import check_command
+from infotraj.checking.standing import standing
 from infotraj.errors import UsageError
 from infotraj.flight import Flight, read_flight
 from infotraj.importing import (
@@ -256,3 +257,20 @@ def test_fix_writes_the_table_and_the_mapping_beside_it(table: Path) -> None:
 def test_fix_needs_a_place_and_a_whole_log(extra: list[str], table: Path) -> None:
     result = CliRunner().invoke(import_command, [str(table), "--fix", *extra])
     assert isinstance(result.exception, UsageError)
+
+
+def test_what_no_setting_of_a_table_mends_points_to_its_log(table: Path) -> None:
+    plan = read_streams(table, "flight_table").plan
+    command_of = "infotraj import LOG --set {} -o NEW.parquet".format
+    findings = [
+        replace(finding("attitude_unit", "reject", "attitude.unit=deg"), remedy=command_of("attitude.unit=deg")),
+        replace(finding("rate_frame", "reject", "rate.expressed_in=body"), remedy=command_of("rate.expressed_in=body")),
+        replace(finding("rate_unit", "reject", "rate.scale=0.5"), remedy=command_of("rate.scale=0.5")),
+    ]
+    degrees, frame, unit = standing(findings, plan)
+    assert (degrees.settings, frame.settings, unit.settings) == ((), (), ("rate.scale=0.5",))
+    assert degrees.remedy.startswith("with the log that this table was made of, not the table: infotraj import LOG")
+    assert unit.remedy == command_of("rate.scale=0.5")
+    shifted = with_settings(shipped()["flight_table"], {"rate": {"scale": 0.5}})
+    (again,) = standing(findings[2:], read_streams(table, shifted).plan)
+    assert (again.settings, again.remedy) == (("rate.scale=0.25",), command_of("rate.scale=0.25"))

@@ -6,17 +6,39 @@ from dataclasses import replace
 
 from infotraj.checking.finding import Finding
 from infotraj.checking.settings import command
-from infotraj.importing import Plan
+from infotraj.errors import UsageError
+from infotraj.importing import Mapping, Plan, parse_settings
+from infotraj.importing.again import FLIGHT_TABLE
 from infotraj.importing.on_top import on_top
+from infotraj.importing.settings import with_settings
 
 
 def standing(findings: list[Finding], plan: Plan | None) -> list[Finding]:
-    """The findings with settings, and the command in the remedy, on top of what the plan's mapping says already."""
+    """The findings with settings, and the command in the remedy, on top of what the plan's mapping says already.
+
+    A finding that no setting of this mapping mends has none, and its remedy says where to look: a flight table of
+    quaternions cannot be told that the log held degrees.
+    """
     if plan is None:
         return findings
-    out = []
-    for finding in findings:
-        settings = on_top(plan, finding.settings) if finding.settings else ()
-        remedy = finding.remedy.replace(command(finding.settings), command(settings)) if settings else finding.remedy
-        out.append(replace(finding, settings=settings, remedy=remedy))
-    return out
+    return [_standing(finding, plan) if finding.settings else finding for finding in findings]
+
+
+def _standing(finding: Finding, plan: Plan) -> Finding:
+    settings = on_top(plan, finding.settings)
+    said = command(finding.settings)
+    if _changes(plan.mapping, settings):
+        return replace(finding, settings=settings, remedy=finding.remedy.replace(said, command(settings)))
+    elsewhere = (
+        f"with the log that this table was made of, not the table: {said}"
+        if plan.mapping.name == FLIGHT_TABLE
+        else f"map the channel anew: infotraj import LOG --explain --save-mapping NEW.yaml (mapping {plan.mapping.name})"
+    )
+    return replace(finding, settings=(), remedy=finding.remedy.replace(said, elsewhere))
+
+
+def _changes(mapping: Mapping, settings: tuple[str, ...]) -> bool:
+    try:
+        return with_settings(mapping, parse_settings(settings)).streams != mapping.streams
+    except UsageError:
+        return False
