@@ -227,3 +227,11 @@ def test_a_stream_that_is_silent_everywhere_stays_the_first(tmp_path: Path) -> N
     found = imported(tmp_path, columns, {}, streams=streams)
     assert found.meta["channels"]["rotor_command"]["stream"] == "first"
     np.testing.assert_array_equal(found.get("cmd_rotor_0"), 0.0)
+
+
+def test_an_endless_quaternion_is_refused_also_where_frames_are_turned(tmp_path: Path) -> None:
+    table = GOOD.table[["t", "qw", "qx", "qy", "qz"]].copy()
+    table.loc[7, "qx"] = np.inf
+    attitude = {"fields": ["qw", "qx", "qy", "qz"]}
+    with pytest.raises(InputError, match="is inf at t = 0.07"):
+        imported(tmp_path, dict(table), {"attitude": attitude}, world="NED", body="FRD")

@@ -10,7 +10,7 @@ from infotraj.errors import UsageError
 from infotraj.importing import Mapping, Plan, parse_settings
 from infotraj.importing.again import FLIGHT_TABLE
 from infotraj.importing.on_top import on_top
-from infotraj.importing.settings import with_settings
+from infotraj.importing.settings import same_reading, with_settings
 
 
 def standing(findings: list[Finding], plan: Plan | None) -> list[Finding]:
@@ -32,13 +32,13 @@ def _standing(finding: Finding, plan: Plan) -> Finding:
     elsewhere = (
         f"with the log that this table was made of, not the table: {said}"
         if plan.mapping.name == FLIGHT_TABLE
-        else f"map the channel anew: infotraj import LOG --explain --save-mapping NEW.yaml (mapping {plan.mapping.name})"
+        else f"map the channel anew: infotraj import LOG --explain --save-mapping {plan.mapping.name}_of_mine.yaml"
     )
     return replace(finding, settings=(), remedy=finding.remedy.replace(said, elsewhere))
 
 
 def _changes(mapping: Mapping, settings: tuple[str, ...]) -> bool:
     try:
-        return with_settings(mapping, parse_settings(settings)).streams != mapping.streams
+        return not same_reading(with_settings(mapping, parse_settings(settings)), mapping)
     except UsageError:
         return False

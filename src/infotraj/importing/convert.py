@@ -114,7 +114,10 @@ def _attitude(mapped: ChannelMap, values: Array, world: Array, body: Array) -> A
     q = np.where((q == 0).all(axis=-1, keepdims=True), np.nan, q)
     if mapped.rotates == "world_to_body":
         q = rotations.conjugate(q)
-    turned = rotate_attitudes(world, body, q)
+    endless = np.isinf(q).any(axis=-1, keepdims=True)
+    turned = rotate_attitudes(world, body, np.where(endless, np.nan, q) if endless.any() else q)
+    if endless.any():
+        turned = np.where(endless, np.inf, turned)  # kept, to be refused as no number that a log of a flight holds
     return turned if turned is q and not mapped.euler else _one_sign(turned)
 
 

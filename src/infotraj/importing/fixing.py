@@ -8,7 +8,7 @@ from typing import Protocol
 
 from infotraj.errors import UsageError
 from infotraj.importing.mapping import Mapping
-from infotraj.importing.settings import Settings, merged, parse_settings, settings_text, with_settings
+from infotraj.importing.settings import Settings, merged, parse_settings, same_reading, settings_text, with_settings
 
 ROUNDS = 3
 _SEVERITIES = ("reject", "cut", "warning")
@@ -82,7 +82,7 @@ def _proposed(findings: Sequence[Judged], mapping: Mapping, settings: Settings) 
             changed = with_settings(mapping, merged(proposed, taken))
         except UsageError:
             continue
-        if not any(taken.values()) or changed.streams == with_settings(mapping, proposed).streams:
+        if not any(taken.values()) or same_reading(changed, with_settings(mapping, proposed)):
             continue
         proposed = merged(proposed, taken)
         set_now |= {(channel, key) for channel, keys in taken.items() for key in keys}

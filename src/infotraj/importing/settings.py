@@ -13,7 +13,7 @@ import yaml
 from pydantic import ValidationError
 
 from infotraj.errors import UsageError, problem
-from infotraj.importing.channel_map import ChannelMap, Strict, check_channel
+from infotraj.importing.channel_map import ChannelMap, Strict, check_channel, unit_of
 from infotraj.importing.channels import CHANNELS
 from infotraj.importing.mapping import Mapping, StreamMap, TimeMap
 from infotraj.vehicle import validation_line
@@ -71,6 +71,25 @@ def with_settings(mapping: Mapping, settings: Settings) -> Mapping:
         declared = _replaced(TimeMap(fields=("",)), time, "time") if "fields" in time else _no_time(mapping)
     changes = {"streams": streams, "time": declared, "set": merged(mapping.set, settings)}
     return mapping.model_copy(update=changes)
+
+
+def same_reading(one: Mapping, other: Mapping) -> bool:
+    """True where both read a log alike; a default that is written out makes no difference."""
+    return one.time == other.time and [_written_out(s) for s in one.streams] == [_written_out(s) for s in other.streams]
+
+
+def _written_out(stream: StreamMap) -> StreamMap:
+    channels = {
+        name: mapped.model_copy(
+            update={
+                "unit": unit_of(name, mapped),
+                "expressed_in": mapped.expressed_in or CHANNELS[name].frame,
+                "resample": mapped.resample or CHANNELS[name].resample,
+            }
+        )
+        for name, mapped in stream.channels.items()
+    }
+    return stream.model_copy(update={"channels": channels})
 
 
 def _stream(stream: StreamMap, settings: Settings, time: dict[str, Any]) -> StreamMap:
