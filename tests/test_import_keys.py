@@ -233,5 +233,5 @@ def test_an_endless_quaternion_is_refused_also_where_frames_are_turned(tmp_path:
     table = GOOD.table[["t", "qw", "qx", "qy", "qz"]].copy()
     table.loc[7, "qx"] = np.inf
     attitude = {"fields": ["qw", "qx", "qy", "qz"]}
-    with pytest.raises(InputError, match="is inf at t = 0.07"):
+    with pytest.raises(InputError, match=r"is inf at t = 0\.07"):
         imported(tmp_path, dict(table), {"attitude": attitude}, world="NED", body="FRD")
