@@ -254,7 +254,7 @@ MAPPINGS: dict[str, object] = {
     "two fields for three": _channel(fields=["a", "b"]),
     "a unit of another dimension": _channel(unit="rpm"),
     "an order that is none": _mapping(
-        streams=[{"name": "s", "channels": {"attitude": {"fields": ["a", "b", "c", "d"], "order": "zyxw"}}}]
+        streams=[{"name": "s", "channels": {"attitude": {"fields": ["a", "b", "c", "d"], "order": "zyyw"}}}]
     ),
     "a time unit that is none": _mapping(time={"fields": "t", "unit": "fortnight"}),
     "a broken pattern": _mapping(streams=[{"name": "s", "match": "(", "channels": {"battery": {"fields": "a"}}}]),

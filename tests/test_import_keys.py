@@ -235,3 +235,8 @@ def test_an_endless_quaternion_is_refused_also_where_frames_are_turned(tmp_path:
     attitude = {"fields": ["qw", "qx", "qy", "qz"]}
     with pytest.raises(InputError, match=r"is inf at t = 0\.07"):
         imported(tmp_path, dict(table), {"attitude": attitude}, world="NED", body="FRD")
+
+
+def test_a_table_has_no_time_of_recording(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="has no time column"):
+        imported(tmp_path, dict(GOOD.table), {"position": STAND}, time={"fields": "record"})

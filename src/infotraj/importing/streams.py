@@ -189,7 +189,8 @@ def _time(log: Log, mapping: Mapping, stream: StreamMap, topic: Topic) -> TimeMa
         raise UsageError(
             problem(f"mapping {mapping.name} names no time", "`time: {fields: t, unit: s}`", "Add it to the mapping.")
         )
-    fields = tuple(f for f in declared.fields if f == "record" or log.has(topic, f))
+    recorded = log.kind == "rosbag"  # other logs do not say when a sample was written
+    fields = tuple(f for f in declared.fields if (f == "record" and recorded) or log.has(topic, f))
     if not fields and log.kind == "rosbag":
         fields = ("record",)
     if not fields:
