@@ -248,7 +248,7 @@ def test_what_check_rejects_is_rejected(spoil, code):
 
 def test_a_flight_of_another_vehicle_is_rejected():
     (flight,) = flights(tables("omav", DRAG["omav"], 1)[:1])
-    with pytest.raises(InputError, match=r"12 columns cmd_rotor_\*; expected 4"):
+    with pytest.raises(InputError, match=r"12 columns cmd_rotor_\* are in use, and the vehicle has 4"):
         examined(flight, model("quadrotor").vehicle)
 
 

@@ -195,6 +195,64 @@ def test_what_is_the_same_for_all_rotors_scales_thrusts_and_a_wrench_alike():
         assert errors(Model(vehicle), flight)[1] > 0.1
 
 
+ALIKE = {
+    "thrust_scale": {"factor": 0.9},
+    "battery_sag": {"rate": 0.01},
+    "moment_scale": {"factor": 1.3},
+    "rotor_lag": {"extra_time_constant": 0.02},
+    "actuation_delay": {"delay": 0.0123},
+    "mass_offset": {"dm": 0.1},
+    "inertia_error": {"dxx": 1e-3, "dyy": 0.0, "dzz": -1e-3},
+    "com_offset": {"r": [0.01, -0.02, 0.005]},
+    "linear_drag": {"d": [0.2, 0.3, 0.1]},
+    "steady_torque": {"t": [0.01, 0.02, -0.01]},
+    "suspended_load": {"mass": 0.1, "length": 0.5},
+}
+
+
+@pytest.mark.parametrize("name", ALIKE)
+def test_an_effect_does_to_a_wrench_what_it_does_to_the_thrusts_that_make_it(name):
+    effect = catalogue()[name](**ALIKE[name])
+    vehicles = with_thrusts(0.03), with_wrench(time_constant=0.03, thrust_axis=[0, 0, 1])
+    made, plain = (
+        [Model(v, e).predict(f) for v, f in zip(vehicles, fly(0.03, seconds=2.0), strict=True)] for e in ([effect], [])
+    )
+    for side in ("specific_force", "angular_acceleration"):
+        np.testing.assert_allclose(*(getattr(p, side) for p in made), atol=1e-9)
+    moved = [
+        np.abs(getattr(made[0], s) - getattr(plain[0], s)).max() for s in ("specific_force", "angular_acceleration")
+    ]
+    assert max(moved) > 1e-2
+
+
+def test_a_weak_rotor_of_thrusts_is_a_smaller_thrust():
+    flight = fly(0.03, seconds=2.0)[0]
+    weak = Flight(flight.table.assign(cmd_rotor_2=0.8 * flight.table["cmd_rotor_2"]))
+    effect = catalogue()["rotor_effectiveness"](rotor=2, factor=0.8)
+    vehicle = with_thrusts(0.03)
+    assert effect.cannot_show(vehicle, flight) is None
+    made = Model(vehicle, [effect]).predict(flight), Model(vehicle).predict(weak)
+    np.testing.assert_allclose(*(p.angular_acceleration for p in made), atol=1e-9)
+    np.testing.assert_allclose(*(p.specific_force for p in made), atol=1e-9)
+
+
+def test_reaction_torques_that_cancel_are_seen_in_thrusts_and_throttles():
+    flight = fly(0.03, seconds=2.0)[0]
+    assert catalogue()["moment_scale"].cannot_show(with_thrusts(), flight) is None
+    same = flight.table.assign(**{f"cmd_rotor_{i}": flight.table["cmd_rotor_0"] for i in range(4)})
+    for vehicle in (with_thrusts(), with_thrusts(input="throttle", thrust_polynomial=[0.1, 0.5, 2.0])):
+        assert "cancel" in catalogue()["moment_scale"].cannot_show(vehicle, Flight(same))
+
+
+def test_commands_beyond_the_greatest_thrust_are_impossible():
+    flight = fly(0.03, seconds=3.0)[0]
+    vehicle = with_thrusts(thrust_coefficient=2e-6, max_speed=1500.0)
+    wrong = flight.table["cmd_rotor_1"].where(np.arange(len(flight.t)) % 200 != 100, 6.0)
+    found = {f.code: f for f in examine(Flight(flight.table.assign(cmd_rotor_1=wrong)), vehicle).findings}
+    assert "outside 0..4.5: " in found["impossible_command"].what
+    assert "impossible_command" not in {f.code for f in examine(flight, vehicle).findings}
+
+
 def test_thrusts_give_rotor_speeds_only_by_a_thrust_coefficient():
     by_thrust, _ = fly(0.03, seconds=1.0)
     drag = catalogue()["rotor_drag"]
