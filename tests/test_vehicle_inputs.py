@@ -13,7 +13,7 @@ import pytest
 import yaml
 from click.testing import CliRunner
 
-from infotraj.checking import examine
+from infotraj.checking import examine, load
 from infotraj.cli import cli
 from infotraj.comparing.equation_error import equation_error
 from infotraj.comparing.rollouts import parse_horizons, rollouts
@@ -444,6 +444,14 @@ def test_check_with_a_vehicle_asks_for_what_compare_needs():
     assert "force errors" not in examine(by_wrench).unanswerable
     note = next(f for f in examine(by_wrench, with_thrusts()).findings if f.code == "cannot_answer")
     assert "`inputs: wrench`" in note.remedy
+
+
+def test_check_of_a_flight_table_keeps_a_thrust_that_is_commanded_alone(tmp_path):
+    flight = without(fly(seconds=3.0)[1], "cmd_fx", "cmd_fy")
+    flight.write(tmp_path / "flight.csv")
+    loaded = load(tmp_path / "flight.csv").flight
+    np.testing.assert_allclose(loaded.get("cmd_fz"), flight.get("cmd_fz"))
+    assert "force errors" not in examine(loaded, with_wrench(thrust_axis=[0, 0, 1])).unanswerable
 
 
 @pytest.mark.parametrize(

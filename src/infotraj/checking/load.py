@@ -12,7 +12,7 @@ from infotraj.checking.beside import Beside
 from infotraj.checking.finding import Finding
 from infotraj.checking.timing import order
 from infotraj.errors import InputError
-from infotraj.flight import Flight, read_flight
+from infotraj.flight import COMMANDED_WRENCH, Flight, read_flight
 from infotraj.importing import Mapping, Plan, Settings, Streams, read_streams, to_flight
 
 # Transports deliver out of order by milliseconds; a clock that was set back jumps further.
@@ -81,10 +81,13 @@ def _worst_step_back(t: np.ndarray) -> float:
 def _with_own_metadata(flight: Flight, path: Path) -> Flight:
     # a table that was imported before says what is derived and where it came from
     try:
-        own = read_flight(path).meta
+        own = read_flight(path)
     except InputError:
         return flight
-    return Flight(flight.table, {**flight.meta, **own})
+    # An import takes a vector whole; of a commanded wrench a vehicle file may say that one component is all of it.
+    alone = [c for c in COMMANDED_WRENCH if own.has(c) and c not in flight.table]
+    table = flight.table.merge(own.table[["t", *alone]], on="t", how="left") if alone else flight.table
+    return Flight(table, {**flight.meta, **own.meta})
 
 
 def _within(finding: Finding, flight: Flight) -> bool:
