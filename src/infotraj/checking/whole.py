@@ -21,6 +21,7 @@ from infotraj.checking.frozen import dead_findings, still_streams, straight_stre
 from infotraj.checking.load import Loaded
 from infotraj.checking.motion import Judge, judge_motion
 from infotraj.checking.questions import question_findings, unanswerable
+from infotraj.checking.voids import Void
 from infotraj.errors import InputError, problem
 from infotraj.flight import ATTITUDE, Flight
 from infotraj.rotations import Array
@@ -34,8 +35,8 @@ class Check:
     """What came out for one log.
 
     Findings (worst first) and what becomes of it, the spans (s) that can be used, the time in the air and how it was
-    judged, the coverage of states and inputs, the questions that it cannot answer, and the lags between its streams
-    with their standard errors (s), reported or not.
+    judged, the coverage of states and inputs, the questions that it cannot answer, the lags between its streams with
+    their standard errors (s), reported or not, and the cells that hold no sample (`cleaning.cleaned` empties them).
     """
 
     source: str
@@ -50,6 +51,7 @@ class Check:
     coverage: dict[str, dict[str, Any]] = field(default_factory=dict)
     unanswerable: dict[str, list[str]] = field(default_factory=dict)
     lags: dict[str, tuple[float, float]] = field(default_factory=dict)
+    voids: list[Void] = field(default_factory=list)
 
     @property
     def outcome(self) -> Outcome:
