@@ -35,8 +35,8 @@ def test_a_good_and_a_bad_flight(tmp_path):
     assert (good["outcome"], bad["outcome"]) == ("passed", "rejected")
     assert bad["usable"] == []
     assert set(bad["findings"][0]) == {
-        "code", "severity", "what", "drops_rows", "where", "channels", "sure", "effect", "remedy", "settings",
-            "values",
+        "code", "severity", "what", "accepted", "drops_rows", "where", "channels", "sure", "effect", "remedy",
+        "settings", "values",
     }  # fmt: skip
     assert report["coverage"]["wx"]["rms"] == pytest.approx(good["coverage"]["wx"]["rms"])
     assert run(tmp_path / "good.parquet", tmp_path / "bad.csv", "--skip-rejected", "-q").exit_code == 0

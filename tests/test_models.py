@@ -17,7 +17,8 @@ from infotraj.effects import effect_class
 from infotraj.errors import InputError, UsageError
 from infotraj.flight import Flight
 from infotraj.models import Model, load_model, prepared, save_model
-from infotraj.models.file import FileReference, Provenance, read_model
+from infotraj.models.content import FileReference, Provenance
+from infotraj.models.file import read_model
 from infotraj.rotations import exp, multiply, to_body
 from infotraj.vehicle import load_vehicle
 

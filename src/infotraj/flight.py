@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 from dataclasses import dataclass, field
@@ -16,6 +15,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import yaml
 
+from infotraj.digest import sha256 as sha256
 from infotraj.errors import InputError, problem
 from infotraj.rotations import Array
 
@@ -181,12 +181,6 @@ def check_table(table: pd.DataFrame, source: str) -> None:
                 "Sort the rows or cut the log there.",
             )
         )
-
-
-def sha256(path: str | Path) -> str:
-    """The sha256 of a file's bytes, in hexadecimal."""
-    with open(path, "rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _meta_path(path: Path) -> Path:

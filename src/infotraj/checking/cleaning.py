@@ -19,7 +19,9 @@ def cleaned(flight: Flight, check: Check) -> Flight:
     """
     accepted = {f.code for f in check.findings if getattr(f, "accepted", False)}
     voids = [v for v in check.voids if v.code not in accepted]
-    voids += [_span_void(flight, f) for f in check.findings if f.code not in accepted and (f.drop or f.severity == "cut")]
+    voids += [
+        _span_void(flight, f) for f in check.findings if f.code not in accepted and (f.drop or f.severity == "cut")
+    ]
     return emptied(flight, voids)
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import click
 
 from infotraj.errors import InfotrajError, InputError, UsageError, problem
+from infotraj.options import accept_option
 
 
 @click.command("check")
@@ -23,6 +24,7 @@ from infotraj.errors import InfotrajError, InputError, UsageError, problem
 @click.option("--json", "json_file", type=click.Path(path_type=Path), help="The whole report, for programs.")
 @click.option("--from", "start", type=float, help="First t to check, s.")
 @click.option("--to", "stop", type=float, help="Where to stop, s.")
+@accept_option
 @click.option("--skip-rejected", is_flag=True, help="Exit status 0 although logs are rejected, where one is left.")
 @click.option("-q", "--quiet", is_flag=True, help="Only outcomes, rejections, cuts and warnings.")
 @click.option("-v", "--verbose", is_flag=True, help="Effect and remedy of the notes too.")
@@ -34,6 +36,7 @@ def check_command(
     json_file: Path | None,
     start: float | None,
     stop: float | None,
+    accept: tuple[str, ...],
     skip_rejected: bool,
     quiet: bool,
     verbose: bool,
@@ -44,25 +47,31 @@ def check_command(
     """
     if start is not None and stop is not None and stop <= start:
         raise UsageError(problem(f"--to {stop:g} is not after --from {start:g}", "--from below --to", "Swap them."))
+    from infotraj.checking.across import lags_across
+    from infotraj.checking.admission import rejection
+    from infotraj.checking.codes import known, unmet
     from infotraj.checking.logs import check_logs
     from infotraj.checking.report import across_text, as_json, as_text
     from infotraj.importing import parse_settings
     from infotraj.vehicle import load_vehicle
 
+    accepted = known(accept)
     believed = load_vehicle(vehicle) if vehicle is not None else None
     checks = []
-    for check in check_logs(logs, mapping, believed, start, stop, settings=parse_settings(changes)):
+    for check in check_logs(logs, mapping, believed, start, stop, settings=parse_settings(changes), accept=accepted):
         checks.append(check)
         click.echo(as_text(check, notes=not quiet, details=verbose))
-    together = across_text(checks)
+    together = across_text(checks, accepted)
     if together:
         click.echo(together)
     if json_file is not None:
-        _write(json_file, json.dumps(as_json(checks), indent=1, allow_nan=False))
-    rejected = [c.source for c in checks if c.outcome == "rejected"]
+        _write(json_file, json.dumps(as_json(checks, accepted), indent=1, allow_nan=False))
+    rejected = [c for c in checks if c.outcome == "rejected"]
     kept = [c.source for c in checks if c.outcome != "rejected"]
-    if rejected:
-        click.echo(f"rejected: {' '.join(rejected)}", err=True)
+    for c in rejected:
+        click.echo(f"rejected: {rejection(c.source, c.findings[0])}", err=True)
+    for line in unmet(accepted, [f.code for c in checks for f in c.findings] + [f.code for f in lags_across(checks)]):
+        click.echo(line, err=True)
     if not quiet:
         click.echo(_next(kept, mapping, changes), err=True)
     if rejected and not (skip_rejected and kept):

@@ -24,6 +24,7 @@ class Finding:
     `channels` names the columns concerned, `values` holds the numbers behind the sentence. `drop`: the rows in `spans`
     are not to be used (always so for a cut; a note may drop a few rows and leave the log as good as it was).
     `settings`: what would mend it on import, each "CHANNEL.KEY=VALUE" as `infotraj import --set` takes it.
+    `accepted`: the user has overruled it: it is shown, and does not reject, cut or drop.
     """
 
     code: str
@@ -37,6 +38,17 @@ class Finding:
     values: dict[str, Any] = field(default_factory=dict)
     drop: bool = False
     settings: tuple[str, ...] = ()
+    accepted: bool = False
+
+    @property
+    def counts(self) -> Severity:
+        """The severity as it bears on what becomes of the log: an accepted finding counts as a note."""
+        return "note" if self.accepted else self.severity
+
+    @property
+    def drops(self) -> bool:
+        """Whether the rows in `spans` are not to be used."""
+        return not self.accepted and (self.drop or self.severity == "cut")
 
     def as_dict(self) -> dict[str, Any]:
         """The finding as JSON holds it; numbers that are not finite become null."""
@@ -44,7 +56,8 @@ class Finding:
             "code": self.code,
             "severity": self.severity,
             "what": self.what,
-            "drops_rows": self.drop or self.severity == "cut",
+            "accepted": self.accepted,
+            "drops_rows": self.drops,
             "where": [[round(a, 4), round(b, 4)] for a, b in self.spans],
             "channels": list(self.channels),
             "sure": round(self.sure, 4),
@@ -57,23 +70,23 @@ class Finding:
 
 def outcome(findings: list[Finding]) -> Outcome:
     """The worst severity among the findings, as what becomes of the log."""
-    worst = max((SEVERITIES.index(f.severity) for f in findings), default=0)
+    worst = max((SEVERITIES.index(f.counts) for f in findings), default=0)
     return ("passed", "warning", "cut", "rejected")[worst]
 
 
 def ordered(findings: list[Finding]) -> list[Finding]:
-    """The worst first; within a severity in order of time, then of code."""
+    """The worst first, what was accepted among the notes; within a severity in order of time, then of code."""
     return sorted(
-        findings, key=lambda f: (-SEVERITIES.index(f.severity), f.spans[0][0] if f.spans else -math.inf, f.code)
+        findings, key=lambda f: (-SEVERITIES.index(f.counts), f.spans[0][0] if f.spans else -math.inf, f.code)
     )
 
 
 def usable_spans(start: float, stop: float, findings: list[Finding]) -> list[Span]:
     """What the cuts leave of start..stop (s), pieces of SHORTEST_PIECE at least; none where a finding rejects the
     log."""
-    if any(f.severity == "reject" for f in findings):
+    if any(f.counts == "reject" for f in findings):
         return []
-    cuts = sorted(span for f in findings if f.drop or f.severity == "cut" for span in f.spans)
+    cuts = sorted(span for f in findings if f.drops for span in f.spans)
     left, at = [], start
     for a, b in cuts:
         if a > at:

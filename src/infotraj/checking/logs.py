@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from infotraj.checking.acceptance import accepting
+from infotraj.checking.admission import beside
 from infotraj.checking.finding import Finding
 from infotraj.checking.identical import content_hash, copy_finding
 from infotraj.checking.load import load
@@ -25,23 +27,26 @@ def check_logs(
     stop: float | None = None,
     *,
     settings: Settings | None = None,
+    accept: Collection[str] = (),
 ) -> Iterator[Check]:
     """The checks of logs or flight tables, in order.
 
     A log that cannot be read is rejected with the reason. A copy of an earlier log is rejected too: the same bytes
-    without a second look, the same numbers in another format after it.
+    without a second look, the same numbers in another format after it. accept: codes of findings that the user
+    overrules, beside those that a flight's metadata accept.
     """
     chosen = load_mapping(mapping) if isinstance(mapping, (str, Path)) else mapping
     bytes_seen: dict[str, str] = {}
     numbers_seen: dict[str, str] = {}
     for path in map(Path, paths):
         digest = sha256(path) if path.is_file() else str(path.resolve())
-        if digest in bytes_seen:
+        if digest in bytes_seen and "copy" not in accept:
             yield _refused(path, copy_finding(bytes_seen[digest], same_bytes=True))
             continue
-        bytes_seen[digest] = str(path)
+        bytes_seen.setdefault(digest, str(path))
         try:
             loaded = load(path, chosen, start, stop, settings)
+            loaded = replace(loaded, flight=accepting(loaded.flight, accept))
         except InputError as error:
             yield _refused(path, _unreadable(error))
             continue
@@ -49,8 +54,7 @@ def check_logs(
         check = replace(check, source=str(path), findings=standing(check.findings, loaded.plan))
         numbers = content_hash(loaded.flight)
         if numbers in numbers_seen:
-            again = copy_finding(numbers_seen[numbers], same_bytes=False)
-            check = replace(check, findings=[again, *check.findings], usable=[])
+            check = beside(check, [copy_finding(numbers_seen[numbers], same_bytes=False)], loaded.flight)
         numbers_seen.setdefault(numbers, str(path))
         yield check
 

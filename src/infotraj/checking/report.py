@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 import infotraj
+from infotraj.checking.acceptance import marked
 from infotraj.checking.across import lags_across
 from infotraj.checking.finding import Finding, plain, spans_text
 from infotraj.checking.whole import Check
@@ -18,8 +20,8 @@ _OUTCOMES = {
 }
 
 
-def as_json(checks: list[Check]) -> dict[str, Any]:
-    """The report as docs/check.md describes it."""
+def as_json(checks: list[Check], accept: Collection[str] = ()) -> dict[str, Any]:
+    """The report as docs/check.md describes it. accept: codes that are overruled in what several logs say together."""
     return {
         "version": infotraj.__version__,
         "logs": [
@@ -32,6 +34,7 @@ def as_json(checks: list[Check]) -> dict[str, Any]:
                 "airborne": {"seconds": c.airborne_seconds, "share": c.airborne_share, "judged_from": c.airborne_from},
                 "usable": [list(span) for span in c.usable],
                 "findings": [f.as_dict() for f in c.findings],
+                "in_the_way": in_the_way(c)[0],
                 "coverage": plain(c.coverage),
                 "cannot_answer": c.unanswerable,
                 "lags": {name: {"lag": lag, "standard_error": error} for name, (lag, error) in c.lags.items()},
@@ -39,13 +42,13 @@ def as_json(checks: list[Check]) -> dict[str, Any]:
             for c in checks
         ],
         "rejected": [c.source for c in checks if c.outcome == "rejected"],
-        "across": [f.as_dict() for f in lags_across(checks)],
+        "across": [f.as_dict() for f in marked(lags_across(checks), frozenset(accept))],
         "coverage": plain(covered_together(checks)),
     }
 
 
 def as_text(check: Check, notes: bool = True, details: bool = False) -> str:
-    """One log: a line of outcome, then a line a finding; with `details` its effect, remedy and certainty too."""
+    """One log: a line of outcome, a line a finding, with `details` its effect and remedy too, and what is in the way."""
     usable = f", usable {spans_text(tuple(check.usable))}" if check.outcome == "cut" else ""
     head = (
         f"{check.source}: {_OUTCOMES[check.outcome]} ({check.rows} rows, {check.stop - check.start:.1f} s, "
@@ -55,13 +58,27 @@ def as_text(check: Check, notes: bool = True, details: bool = False) -> str:
     for finding in check.findings:
         if finding.severity == "note" and not notes:
             continue
-        lines += _lines(finding, details or finding.severity != "note")
-    return "\n".join(lines)
+        lines += _lines(finding, details or finding.counts != "note")
+    code, what = in_the_way(check)
+    return "\n".join([*lines, f"  in the way of an answer: {what if code is None else f'{code}; do: {what}'}"])
 
 
-def across_text(checks: list[Check]) -> str:
-    """What several logs say together, a line a finding; empty where there is nothing to say."""
-    found = lags_across(checks)
+def in_the_way(check: Check) -> tuple[str | None, str]:
+    """What stands between a log and an answer: the code of the finding and what to do, or None and what is left out."""
+    for finding in check.findings:
+        if finding.counts == "reject":
+            return finding.code, f"{finding.remedy.rstrip('.')}, or --accept {finding.code}"
+    unsaid = [name for name in ("force errors", "torque errors") if name in check.unanswerable]
+    if len(unsaid) == 2:
+        needed = sorted({column for name in unsaid for column in check.unanswerable[name]})
+        return "cannot_answer", f"map {', '.join(needed)}"
+    cuts = list(dict.fromkeys(f.code for f in check.findings if f.counts == "cut"))
+    return None, f"nothing, without what is cut ({', '.join(cuts)})" if cuts else "nothing"
+
+
+def across_text(checks: list[Check], accept: Collection[str] = ()) -> str:
+    """What several logs say together, a line a finding; empty where there is nothing to say. accept: as in `as_json`."""
+    found = marked(lags_across(checks), frozenset(accept))
     return "\n".join(["all logs:", *(line for f in found for line in _lines(f, True))]) if found else ""
 
 
@@ -81,7 +98,8 @@ def covered_together(checks: list[Check]) -> dict[str, dict[str, float]]:
 
 def _lines(finding: Finding, details: bool) -> list[str]:
     sure = "" if finding.sure >= 0.9995 else f" [sure {finding.sure:.3f}]"
-    lines = [f"  {_MARKS[finding.severity]:8s}{finding.code}: {finding.what}{sure}"]
+    said = "accepted " if finding.accepted else ""
+    lines = [f"  {said}{_MARKS[finding.severity]:8s}{finding.code}: {finding.what}{sure}"]
     if details:
         lines.append(f"          effect: {finding.effect}; do: {finding.remedy}")
     return lines

@@ -10,13 +10,14 @@ import pandas as pd
 
 from infotraj import rotations
 from infotraj.checking import outliers, timing
+from infotraj.checking.acceptance import accepted_codes, marked
 from infotraj.checking.actuation import carrying_findings, column_findings
 from infotraj.checking.airborne import airborne_rows, no_flight
 from infotraj.checking.beside import Beside
 from infotraj.checking.conventions import convention_findings
 from infotraj.checking.coverage import coverage, excitation_findings
 from infotraj.checking.divergence import reference_not_followed
-from infotraj.checking.finding import Finding, Outcome, Span, ordered, outcome, usable_spans
+from infotraj.checking.finding import Finding, Outcome, Span, outcome, usable_spans
 from infotraj.checking.frozen import dead_findings, still_streams, straight_streams
 from infotraj.checking.load import Loaded
 from infotraj.checking.motion import Judge, judge_motion
@@ -112,7 +113,7 @@ def examine(
     findings += reference_not_followed(flight, air.rows) + question_findings(flight, vehicle)
     covered = coverage(flight, air.rows)
     findings += excitation_findings(covered)
-    findings = ordered(_distinct(findings))
+    findings = marked(_distinct(findings), accepted_codes(flight))
     start, stop = float(flight.t[0]), float(flight.t[-1])
     return Check(
         source,

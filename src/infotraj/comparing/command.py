@@ -7,8 +7,8 @@ from pathlib import Path
 
 import click
 
-from infotraj.comparing.options import command_steps_option
 from infotraj.errors import InputError, UsageError, problem
+from infotraj.options import accept_option, command_steps_option
 
 THRESHOLD_PASSED = 4
 
@@ -32,6 +32,7 @@ THRESHOLD_PASSED = 4
 @click.option("--from", "start", type=float, help="First t that is scored, s.")
 @click.option("--to", "stop", type=float, help="Where scoring stops, s.")
 @command_steps_option
+@accept_option
 @click.option("--skip-rejected", is_flag=True, help="Go on with the other flights.")
 @click.option("--seed", type=int, default=0, help="Nothing here is random; accepted so that all commands take it.")
 @click.option("-q", "--quiet", is_flag=True, help="No messages.")
@@ -50,6 +51,7 @@ def compare_command(
     start: float | None,
     stop: float | None,
     command_steps: int | None,
+    accept: tuple[str, ...],
     skip_rejected: bool,
     seed: int,
     quiet: bool,
@@ -84,7 +86,17 @@ def compare_command(
             )
         return one
 
-    used, parts = files.accepted(flights, use, skip_rejected=skip_rejected, command_steps=command_steps)
+    let_in = files.admitted(
+        flights,
+        models[str(model)].vehicle,
+        use,
+        skip_rejected=skip_rejected,
+        command_steps=command_steps,
+        accept=accept,
+        start=start,
+        stop=stop,
+    )
+    used, parts = let_in.flights, let_in.found
     comparison = Comparison(
         tuple(str(f.meta["source"]) for f in used),
         tuple(used),
@@ -113,6 +125,7 @@ def compare_command(
         record_comparison(recording, used[k], comparison.models[0].model, comparison.models[0].errors[k])
         _say(quiet, f"{recording}: {comparison.paths[k]}")
     click.echo(summary.as_text(comparison, verbose=verbose), nl=False)
+    files.say_unmet(accept, let_in.codes)
     said = thresholds.passed(comparison.models[0], limits)
     for sentence in said:
         click.echo(f"above the threshold: {sentence}", err=True)

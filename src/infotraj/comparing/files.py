@@ -1,45 +1,89 @@
-"""Reading what `compare` and `locate` are given, and writing what they make: whole or not at all."""
+"""Reading what commands are given, through the one door that `check` keeps, and writing what they make: whole or not
+at all."""
 
 from __future__ import annotations
 
 import json
 import os
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
 import click
 
+from infotraj.checking.acceptance import accepting
+from infotraj.checking.admission import admitted as let_in
+from infotraj.checking.admission import checked
+from infotraj.checking.codes import known, unmet
 from infotraj.errors import InfotrajError, InputError, UsageError, problem
 from infotraj.flight import Flight, read_flight, stepped
+from infotraj.vehicle import Vehicle
 
 T = TypeVar("T")
 
 
-def accepted(
-    paths: Sequence[Path], use: Callable[[Flight], T], *, skip_rejected: bool, command_steps: int | None = None
-) -> tuple[list[Flight], list[T]]:
-    """The flights that can be used, with what `use` made of each. Those that cannot are named on standard error.
+@dataclass(frozen=True)
+class Admitted(Generic[T]):
+    """The flights that can be used, as they may be used, and what `use` made of each; codes: of all that was found."""
 
-    command_steps: what is said of the commands of all of them (see `stepped`); None: what their metadata say.
-    InputError where one was rejected (with `skip_rejected`: where none is left).
+    flights: list[Flight]
+    found: list[T]
+    codes: list[str]
+
+
+def admitted(
+    paths: Sequence[Path],
+    vehicle: Vehicle,
+    use: Callable[[Flight], T],
+    *,
+    skip_rejected: bool,
+    command_steps: int | None = None,
+    accept: Sequence[str] = (),
+    start: float | None = None,
+    stop: float | None = None,
+) -> Admitted[T]:
+    """The flights that `check` lets through and `use` can work with. The others are named on standard error.
+
+    command_steps: what is said of the commands of all of them (see `stepped`); None: what their metadata say. accept:
+    codes of findings that are overruled in all of them, beside those that their metadata accept. start, stop: s, the part
+    that is used. UsageError for a code that does not exist; InputError where a flight was rejected (with
+    `skip_rejected`: where none is left).
     """
-    flights: list[Flight] = []
-    found: list[T] = []
+    overruled = known(accept)
+    read: list[Flight] = []
     rejected = 0
     for path in paths:
         try:
-            flight = read_flight(path)
-            flight = flight if command_steps is None else stepped(flight, command_steps)
-            found.append(use(flight))
-            flights.append(flight)
+            flight = accepting(read_flight(path), overruled)
+            read.append(flight if command_steps is None else stepped(flight, command_steps))
         except InputError as error:
-            rejected += 1
-            click.echo(f"rejected: {error}", err=True)
+            rejected += _named(error)
+    flights: list[Flight] = []
+    found: list[T] = []
+    checks = checked(read, vehicle, start, stop)
+    for flight, check in zip(read, checks, strict=True):
+        try:
+            clean = let_in(flight, check)
+            found.append(use(clean))
+            flights.append(clean)
+        except InputError as error:
+            rejected += _named(error)
     if rejected and not (skip_rejected and flights):
         remedy = "Leave them out." if not flights else "Leave them out, or give --skip-rejected."
         raise InputError(problem(f"{rejected} of {len(paths)} flights rejected", "flights that can be used", remedy))
-    return flights, found
+    return Admitted(flights, found, [f.code for check in checks for f in check.findings])
+
+
+def _named(error: InputError) -> int:
+    click.echo(f"rejected: {error}", err=True)
+    return 1
+
+
+def say_unmet(accept: Sequence[str], codes: Sequence[str]) -> None:
+    """A line on standard error for each accepted code that nothing had."""
+    for line in unmet(known(accept), codes):
+        click.echo(line, err=True)
 
 
 def require_order(start: float | None, stop: float | None) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from infotraj.checking.acceptance import accepted_in, accepted_lines
 from infotraj.comparing.comparison import Compared, Comparison
 from infotraj.comparing.equation_error import AXES, EquationError
 from infotraj.comparing.floor import RED
@@ -37,7 +38,7 @@ def as_dict(comparison: Comparison) -> dict[str, Any]:
                 }
             )
         first["models"] = [{k: v for k, v in first.items()}, *others]
-    return first
+    return first | {"accepted": accepted_in(comparison.flights)}
 
 
 def by_axis(values: Array | Sequence[float]) -> dict[str, float | None]:
@@ -104,7 +105,7 @@ def as_text(comparison: Comparison, *, verbose: bool = False) -> str:
         parts.append(_against(comparison))
     if any(r.reason is None for r in first.rollouts):
         parts.append(_rollouts_of(comparison))
-    notes = list(dict.fromkeys(_notes(comparison)))
+    notes = list(dict.fromkeys([*_notes(comparison), *accepted_lines(accepted_in(comparison.flights))]))
     return "\n".join([*parts, *notes]) + "\n"
 
 
@@ -119,10 +120,17 @@ def _table_of(model: Compared, flights: int) -> str:
             continue
         times = s.rmse[k] / s.floor[k] if s.floor[k] > 0 else float("nan")
         lines.append(
-            f"{axis:<6}{of:<9}{s.rmse[k]:>10.4g}{s.floor[k]:>10.4g}{times:>9.2f}{s.bias[k]:>11.3g}"
-            f"{100 * s.explained[k]:>10.1f}%"
+            f"{axis:<6}{of:<9}{s.rmse[k]:>10.4g}{s.floor[k]:>10.4g} {times:>8.4g} {s.bias[k]:>10.3g}"
+            f"{_percent(s.explained[k]):>11}"
         )
     return "\n".join(lines)
+
+
+def _percent(share: float) -> str:
+    """A share explained; far below nothing the digits say no more."""
+    if not math.isfinite(share):
+        return "-"
+    return f"{100 * share:.1f}%" if share > -10 else "< -1000%"
 
 
 def _by_flight(comparison: Comparison) -> str:
@@ -132,7 +140,7 @@ def _by_flight(comparison: Comparison) -> str:
         s = first.of_flight(k)
         with np.errstate(invalid="ignore", divide="ignore"):
             times = s.rmse / s.floor
-        cells = "".join(f"{'-':>9}" if not math.isfinite(x) else f"{x:>9.2f}" for x in times)
+        cells = "".join(f" {'-' if not math.isfinite(x) else f'{x:.4g}':>8}" for x in times)
         lines.append(f"  {Path(path).name:<35}{cells}")
     return "\n".join(lines)
 
@@ -147,10 +155,15 @@ def _against(comparison: Comparison) -> str:
                 cells.append(f"{axis} -")
                 continue
             sure = "*" if abs(apart.mean[k]) > _SURE * apart.standard_error[k] else ""
-            cells.append(f"{axis} {100 * apart.mean[k]:+.1f}+-{100 * apart.standard_error[k]:.1f}{sure}")
+            cells.append(f"{axis} {_change(apart.mean[k])} +- {_change(apart.standard_error[k], '')}{sure}")
         few = f"  (only {apart.blocks} blocks of 2 s: take it with care)" if apart.few else ""
         lines.append(f"  {model.name}: " + "  ".join(cells) + few)
     return "\n".join(lines)
+
+
+def _change(share: float, sign: str = "+") -> str:
+    """A change of a mean square in %: that of a model that is a thousand times worse needs no decimals."""
+    return f"{100 * share:{sign}.1f}" if abs(share) < 10 else f"{100 * share:{sign}.2g}"
 
 
 def _rollouts_of(comparison: Comparison) -> str:

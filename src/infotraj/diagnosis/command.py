@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from infotraj.comparing.options import command_steps_option
+from infotraj.options import accept_option, command_steps_option
 
 if TYPE_CHECKING:
     from infotraj.flight import Flight
@@ -46,6 +46,7 @@ _JSON = click.option("--json", "json_file", type=click.Path(path_type=Path), hel
 @_FROM
 @_TO
 @command_steps_option
+@accept_option
 @_SKIP
 @_SEED
 @_QUIET
@@ -62,6 +63,7 @@ def diagnose_command(
     start: float | None,
     stop: float | None,
     command_steps: int | None,
+    accept: tuple[str, ...],
     skip_rejected: bool,
     seed: int,
     quiet: bool,
@@ -78,7 +80,17 @@ def diagnose_command(
     refuse_overwriting(save_model, model)
     read, content = read_model(model, effects_from)
     usable = _usable(read, start, stop)
-    _, used = files.accepted(flights, usable, skip_rejected=skip_rejected, command_steps=command_steps)
+    let_in = files.admitted(
+        flights,
+        read.vehicle,
+        usable,
+        skip_rejected=skip_rejected,
+        command_steps=command_steps,
+        accept=accept,
+        start=start,
+        stop=stop,
+    )
+    used = let_in.flights
     _progress(quiet, f"{len(used)} flights, {sum(len(f.t) for f in used)} rows")
     found = diagnose(read, used, effects_from=effects_from, matters=matters, seed=seed, start=start, stop=stop)
     if json_file is not None:
@@ -128,6 +140,7 @@ def diagnose_command(
 @_FROM
 @_TO
 @command_steps_option
+@accept_option
 @_SKIP
 @_SEED
 @_QUIET
@@ -142,6 +155,7 @@ def add_command(
     start: float | None,
     stop: float | None,
     command_steps: int | None,
+    accept: tuple[str, ...],
     skip_rejected: bool,
     seed: int,
     quiet: bool,
@@ -160,12 +174,23 @@ def add_command(
     refuse_overwriting(output, model)
     read, content = read_model(model, effects_from)
     usable = _usable(read, start, stop)
-    _, used = files.accepted(flights, usable, skip_rejected=skip_rejected, command_steps=command_steps)
+    let_in = files.admitted(
+        flights,
+        read.vehicle,
+        usable,
+        skip_rejected=skip_rejected,
+        command_steps=command_steps,
+        accept=accept,
+        start=start,
+        stop=stop,
+    )
+    used = let_in.flights
     made = add(read, effects, used, effects_from=effects_from, start=start, stop=stop)
     save_added(made, output, parent=model, content=content, flights=used)
     if json_file is not None:
         files.write_json(made.as_dict(), json_file)
     click.echo(made.as_text(), nl=False)
+    files.say_unmet(accept, let_in.codes)
     named = " ".join(map(str, flights))
     _say(quiet, f"next: infotraj compare {output} {named} --against {model}{_as_read(made.command_steps)}")
 
@@ -176,25 +201,23 @@ def add_command(
 @_QUIET
 def history_command(model: Path, json_file: Path | None, quiet: bool) -> None:
     """How the error of MODEL fell, version by version."""
-    from infotraj.comparing import files
     from infotraj.diagnosis.history import as_dict, as_text, history
 
     chain = history(model)
     if json_file is not None:
+        from infotraj.comparing import files
+
         files.write_json(as_dict(chain), json_file)
     click.echo(as_text(chain), nl=False)
     _say(quiet, f"next: infotraj diagnose {model} FLIGHT...")
 
 
-def _usable(model: Model, start: float | None, stop: float | None) -> Callable[[Flight], Flight]:
-    """What a flight must pass to be diagnosed: it comes out without dead samples, or InputError says why not."""
+def _usable(model: Model, start: float | None, stop: float | None) -> Callable[[Flight], None]:
+    """What a flight must pass beyond `check` to be diagnosed: InputError says why it cannot be."""
     from infotraj.diagnosis.diagnosis import observe
-    from infotraj.diagnosis.premises import examined
 
-    def use(flight: Flight) -> Flight:
-        cleaned = examined(flight, model.vehicle)
-        observe(model, [cleaned], start, stop)
-        return cleaned
+    def use(flight: Flight) -> None:
+        observe(model, [flight], start, stop)
 
     return use
 

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from infotraj.comparing.equation_error import AXES
-from infotraj.flight import sha256
-from infotraj.models.file import ModelFile, read_model
+from infotraj.digest import sha256
+from infotraj.models.content import ModelFile, read_content
 
 
 @dataclass(frozen=True)
@@ -23,7 +22,7 @@ class Version:
 def history(model: str | Path) -> list[Version]:
     """The versions from the first to this one. InputError where the model itself cannot be read."""
     path = Path(model)
-    _, content = read_model(path)
+    content: ModelFile | None = read_content(path)
     chain = [Version(path, content, "as recorded")]
     seen = {path.resolve()}
     while content is not None and content.provenance.parent is not None:
@@ -36,7 +35,7 @@ def history(model: str | Path) -> list[Version]:
             chain.append(Version(path, None, "missing"))
             break
         state = "as recorded" if sha256(path) == parent.sha256 else "changed since"
-        _, content = read_model(path)
+        content = read_content(path)
         chain.append(Version(path, content, state))
     return chain[::-1]
 
@@ -74,7 +73,9 @@ def as_text(chain: list[Version]) -> str:
         for when in ("before", "after", "floor"):
             values = p.error.get(when)
             if values:
-                lines.append(
-                    f"   {when:<7}" + "  ".join(f"{a} {values[a]:.4g}" for a in AXES if values.get(a) is not None)
-                )
+                lines.append(f"   {when:<7}" + "  ".join(f"{a} {x:.4g}" for a, x in values.items() if x is not None))
+        for entry in p.accepted:
+            lines.append(f"   accepted {entry.code}: {entry.what}")
+        for effect, how in p.at_bound.items():
+            lines.append(f"   {effect}: {how}")
     return "\n".join(lines) + "\n"

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from infotraj import rotations
 from infotraj.checking import examine
+from infotraj.checking.admission import admitted
 from infotraj.checking.airborne import airborne_rows
 from infotraj.comparing.equation_error import equation_error
 from infotraj.diagnosis import agreement, vehicle_faults
@@ -41,21 +42,7 @@ def examined(flight: Flight, vehicle: Vehicle) -> Flight:
     InputError where `check` rejects it: no flight, units, frames or conventions other than declared, columns in use of
     more rotors or tilts than the vehicle has.
     """
-    source = flight.meta.get("source", "flight")
-    cells = flight.table.copy()
-    for finding in examine(flight, vehicle).findings:
-        if finding.severity == "reject":
-            remedy = finding.remedy[0].upper() + finding.remedy[1:]
-            raise InputError(
-                problem(
-                    f"{source}: {finding.what} ({finding.code})", "a flight that passes infotraj check", f"{remedy}."
-                )
-            )
-        columns = [c for c in finding.channels if c in cells and c not in ("t", "airborne")]
-        if finding.severity == "cut" or finding.drop:
-            for a, b in finding.spans:
-                cells.loc[(flight.t >= a) & (flight.t <= b), columns] = np.nan
-    return Flight(cells, dict(flight.meta))
+    return admitted(flight, examine(flight, vehicle))
 
 
 def doubts(

@@ -16,7 +16,7 @@ from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.errors import UsageError, problem
 from infotraj.flight import Flight, sha256
 from infotraj.models import Model, save_model
-from infotraj.models.file import FileReference, ModelFile, Provenance
+from infotraj.models.content import AcceptedFinding, FileReference, ModelFile, Provenance
 
 
 def refuse_overwriting(output: Path | None, model: Path) -> None:

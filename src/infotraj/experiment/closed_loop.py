@@ -28,7 +28,7 @@ from infotraj.experiment.randomness import generator
 from infotraj.experiment.tables import write_table
 from infotraj.flight import Flight, read_flight
 from infotraj.models import Model, load_model
-from infotraj.models.file import ModelFile
+from infotraj.models.content import ModelFile
 from infotraj.robots.robot import Robot
 from infotraj.trajectories.reference import Reference
 from infotraj.trajectories.wandering import wandering

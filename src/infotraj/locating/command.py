@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
-from infotraj.comparing.options import command_steps_option
 from infotraj.errors import InputError, problem
+from infotraj.options import accept_option, command_steps_option
 
 
 @click.command("locate")
@@ -31,6 +31,7 @@ from infotraj.errors import InputError, problem
 @click.option("--from", "start", type=float, help="First t that is searched, s.")
 @click.option("--to", "stop", type=float, help="Where the search stops, s.")
 @command_steps_option
+@accept_option
 @click.option("--skip-rejected", is_flag=True, help="Go on with the other flights.")
 @click.option("--seed", type=int, default=0, help="Of the resamples.")
 @click.option("-q", "--quiet", is_flag=True, help="No messages.")
@@ -47,6 +48,7 @@ def locate_command(
     start: float | None,
     stop: float | None,
     command_steps: int | None,
+    accept: tuple[str, ...],
     skip_rejected: bool,
     seed: int,
     quiet: bool,
@@ -73,7 +75,17 @@ def locate_command(
             why = "; ".join(dict.fromkeys(error.reasons.values())) or left or "too short for the filter's window"
             raise InputError(problem(f"{flight.meta['source']}: no row to search ({why})", "rows", "Leave it out."))
 
-    used, _ = files.accepted(flights, use, skip_rejected=skip_rejected, command_steps=command_steps)
+    let_in = files.admitted(
+        flights,
+        loaded.vehicle,
+        use,
+        skip_rejected=skip_rejected,
+        command_steps=command_steps,
+        accept=accept,
+        start=start,
+        stop=stop,
+    )
+    used = let_in.flights
     located = locate(
         loaded,
         used,
@@ -96,6 +108,7 @@ def locate_command(
         record_comparison(recording, used[k], loaded, located.errors[k])
         _say(quiet, f"{recording}: {located.paths[k]}")
     click.echo(summary.as_text(located, verbose=verbose), nl=False)
+    files.say_unmet(accept, let_in.codes)
     _say(quiet, f"next: infotraj diagnose {model} {' '.join(located.paths)}")
 
 

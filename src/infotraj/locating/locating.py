@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from infotraj.checking.acceptance import accepted_in
 from infotraj.comparing.equation_error import AXES, WINDOW, EquationError, ForceFrom, equation_error
 from infotraj.comparing.statistics import Statistics, statistics
 from infotraj.dynamics.inputs import for_vehicle
@@ -25,7 +27,7 @@ class Located:
     """What was found: places, those that account for most of their axis first (log-likelihood gain; axes whose
     prediction is worse than none come last), pairs, windows in time, a tree an axis that has a place, lags, and the
     statistics over all flights and flight by flight. `found` holds the searches themselves, for figures; cannot_name:
-    groups of quantities that some flight lacks."""
+    groups of quantities that some flight lacks; accepted: findings about the flights that the user overruled."""
 
     paths: tuple[str, ...]
     errors: tuple[EquationError, ...]
@@ -38,6 +40,7 @@ class Located:
     by_flight: tuple[Statistics, ...]
     found: tuple[Found, ...]
     cannot_name: tuple[str, ...] = ()
+    accepted: tuple[dict[str, Any], ...] = ()
 
     @property
     def offsets(self) -> list[tuple[str, float, float]]:
@@ -98,4 +101,5 @@ def locate(
         tuple(statistics([e]) for e in errors),
         found,
         tuple(dict.fromkeys(g for f in flights for g in cannot_name(f, model.vehicle))),
+        tuple(accepted_in(flights)),
     )

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from infotraj.checking.acceptance import accepted_lines
 from infotraj.comparing.equation_error import AXES
 from infotraj.comparing.summary import by_axis, number, remarks
 from infotraj.locating import sentences
@@ -58,6 +59,7 @@ def as_dict(located: Located) -> dict[str, Any]:
         "cannot_name": list(located.cannot_name),
         "filter": located.errors[0].filter,
         "remarks": list(remarks(located.overall, located.errors)),
+        "accepted": list(located.accepted),
     }
 
 
@@ -101,10 +103,11 @@ def as_text(located: Located, *, verbose: bool = False) -> str:
     if verbose or 1 < len(located.paths) <= 12:
         rows += [(Path(p).name, s) for p, s in zip(located.paths, located.by_flight, strict=True)]
     for name, s in rows:
-        lines.append(f"  {name:<38}" + "".join(f"{'-':>8}" if not np.isfinite(x) else f"{x:>8.2f}" for x in _times(s)))
+        lines.append(f"  {name:<38}" + "".join(f" {'-' if not np.isfinite(x) else f'{x:.3g}':>7}" for x in _times(s)))
     if located.cannot_name:
         lines.append(f"not searched, for the flights do not hold it: {', '.join(located.cannot_name)}")
     lines += remarks(located.overall, located.errors)
+    lines += accepted_lines(located.accepted)
     return "\n".join(lines) + "\n"
 
 

@@ -1,4 +1,4 @@
-"""The model file: a vehicle, effects with parameters and standard errors, and where they came from."""
+"""Model files as models, and models as files: a vehicle, effects with numbers, and where they came from."""
 
 from __future__ import annotations
 
@@ -8,51 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from infotraj.effects.registry import effect_class
 from infotraj.errors import InputError, UsageError, problem
+from infotraj.models.content import ModelFile, Provenance, read_content
 from infotraj.models.model import Model
-from infotraj.vehicle import Vehicle, load_vehicle, parse_vehicle, validation_line
-
-Values = dict[str, float | int | list[float]]
-
-
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class EffectEntry(_Strict):
-    """One effect of a model file."""
-
-    name: str
-    parameters: Values = {}
-    standard_errors: Values = {}
-
-
-class FileReference(_Strict):
-    """A file that a model was made from."""
-
-    path: str
-    sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
-
-
-class Provenance(_Strict):
-    """Where a model came from: the version that made it, its parent, the flights it was fitted to, the errors."""
-
-    version: str = ""
-    parent: FileReference | None = None
-    flights: tuple[FileReference, ...] = ()
-    error: dict[str, Any] = {}
-    note: str = ""
-
-
-class ModelFile(_Strict):
-    """The content of a model file."""
-
-    vehicle: str | dict[str, Any]
-    effects: tuple[EffectEntry, ...] = ()
-    provenance: Provenance = Provenance()
+from infotraj.vehicle import Vehicle, load_vehicle, parse_vehicle
 
 
 def load_model(path: str | Path, effects_from: Iterable[str | Path] = ()) -> Model:
@@ -66,20 +27,7 @@ def load_model(path: str | Path, effects_from: Iterable[str | Path] = ()) -> Mod
 def read_model(path: str | Path, effects_from: Iterable[str | Path] = ()) -> tuple[Model, ModelFile]:
     """The model of a file and the file's whole content, standard errors and provenance included."""
     path = Path(path)
-    try:
-        content = yaml.safe_load(path.read_text())
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        what = " ".join(str(error).split())
-        raise InputError(
-            problem(f"{path}: cannot be read as YAML ({what})", "a model or vehicle file", "Check the path.")
-        ) from error
-    if not isinstance(content, dict) or "vehicle" not in content:
-        vehicle = parse_vehicle(content, source=str(path))
-        return Model(vehicle), ModelFile(vehicle=str(path.resolve()))
-    try:
-        file = ModelFile.model_validate(content)
-    except ValidationError as error:
-        raise InputError(f"{path}: {validation_line(error)}") from error
+    file = read_content(path)
     if isinstance(file.vehicle, str):
         named = Path(file.vehicle)
         vehicle = load_vehicle(named if named.is_absolute() else path.parent / named)

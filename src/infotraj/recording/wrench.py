@@ -10,6 +10,7 @@ import pandas as pd
 import rerun as rr
 import rerun.blueprint as rrb
 
+from infotraj.checking.acceptance import accepted_in, accepted_lines
 from infotraj.comparing.equation_error import AXES, EquationError
 from infotraj.flight import Flight
 from infotraj.models import Model
@@ -195,5 +196,6 @@ def _about(
         if error.scored[:, a].any() and error.floor[a] > 0
     ]
     lines += ["", "RMSE: " + ", ".join(told), "", error.filter]
+    lines += [f"\n{line}" for line in accepted_lines(accepted_in([flight]))]
     lines += [f"\n{axis}: {why}" for axis, why in error.reasons.items()]
     return rr.TextDocument("\n".join(lines), media_type=rr.MediaType.MARKDOWN)
