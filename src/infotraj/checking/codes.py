@@ -27,7 +27,7 @@ CHECKED = (
 )  # fmt: skip
 # Of `diagnose`: why it refuses axes, in the order of docs/diagnosis.md (response_before_command is check's too).
 REFUSED = (
-    "hovers", "actuators_constant", "actuators_sparse", "commands_unrelated", "wrong_vehicle_file", "axis_unrelated",
+    "hovers", "actuators_constant", "actuators_sparse", "commands_unrelated", "wrong_vehicle_file", "axis_unexplained",
     "axis_disagrees",
 )  # fmt: skip
 CODES = CHECKED + REFUSED

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from infotraj.checking.acceptance import accepted_in, accepted_lines
 from infotraj.comparing.equation_error import AXES
 from infotraj.comparing.statistics import Statistics
 from infotraj.diagnosis import refusal
@@ -34,7 +36,7 @@ class Added:
     """A model with effects added: their names, standard errors of all its effects, equation error before and after.
 
     ended: effects whose numbers stopped at a physical bound, and how; command_steps: that commands were taken to make
-    from row to row, 1 where they were held.
+    from row to row, 1 where they were held; accepted: findings about the flights that the user overruled.
     """
 
     model: Model
@@ -44,6 +46,7 @@ class Added:
     after: Statistics
     ended: dict[str, str]
     command_steps: int = 1
+    accepted: tuple[dict[str, Any], ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """JSON: effects with parameters and standard errors, errors before and after."""
@@ -60,21 +63,26 @@ class Added:
                 "floor": axes(self.after.floor),
             },
             "commands": {"steps": self.command_steps},
+            "at_bound": self.ended,
+            "accepted": list(self.accepted),
         }
 
     def as_text(self) -> str:
         """A line an effect, then a line an axis."""
         lines = []
         for e, s in zip(self.model.effects, self.errors, strict=True):
-            values = ", ".join(f"{k} {v} +- {s[k]}" if k in s else f"{k} {v}" for k, v in _rounded(e.values, s).items())
-            lines.append(f"{e.name}: {values}")
+            lines.append(f"{e.name}: {', '.join(_number(k, v, s.get(k)) for k, v in e.values.items())}")
+        for label, how in self.ended.items():
+            lines.append(
+                f"WARNING {label}: {how}: no measured number, the truth may lie beyond; something else is missing"
+            )
         for i, axis in enumerate(AXES):
             if self.before.rmse[i] == self.before.rmse[i]:
                 after = f"{self.after.rmse[i]:.4g} after, floor {self.after.floor[i]:.4g}"
                 lines.append(f"{axis}: {self.before.rmse[i]:.4g} before, {after}")
         if self.command_steps > 1:
             lines.append(f"commands: read as {self.command_steps} steps from row to row")
-        return "\n".join(lines) + "\n"
+        return "\n".join([*lines, *accepted_lines(self.accepted)]) + "\n"
 
 
 def add(
@@ -127,6 +135,7 @@ def add(
         refusal.errors(new, flights, start, stop),
         beyond_bounds(made, vehicle),
         max(map(command_steps, flights)),
+        tuple(accepted_in(flights)),
     )
 
 
@@ -154,5 +163,23 @@ def _best(observation: Observation, held: Sequence[Member], chosen) -> tuple[Obs
     return observation, best
 
 
-def _rounded(values: dict[str, Any], errors: dict[str, Any]) -> dict[str, Any]:
-    return {k: [float(f"{x:.6g}") for x in v] if isinstance(v, list) else float(f"{v:.6g}") for k, v in values.items()}
+def _number(name: str, value: Any, error: Any) -> str:
+    """A parameter with its standard error, no more digits than the error leaves: `r [0.0082, -0.0051] +- [1e-04, 2e-04]`."""
+    values = value if isinstance(value, list) else [value]
+    errors = [None] * len(values) if error is None else error if isinstance(error, list) else [error]
+    shown = [_digits(v, s) for v, s in zip(values, errors, strict=True)]
+    text = f"{name} [{', '.join(shown)}]" if isinstance(value, list) else f"{name} {shown[0]}"
+    if error is None:
+        return text
+    said = [f"{s:.2g}" for s in errors]
+    return f"{text} +- [{', '.join(said)}]" if isinstance(value, list) else f"{text} +- {said[0]}"
+
+
+def _digits(value: float, error: float | None) -> str:
+    """The value to the second digit of its standard error; to four digits where there is none."""
+    if isinstance(value, int):
+        return str(value)
+    if not error or not math.isfinite(error) or value == 0.0:
+        return f"{value:.4g}"
+    digits = 2 + math.floor(math.log10(abs(value))) - math.floor(math.log10(error))
+    return f"{value:.{min(max(digits, 1), 6)}g}"

@@ -95,7 +95,7 @@ def diagnose_command(
     found = diagnose(read, used, effects_from=effects_from, matters=matters, seed=seed, start=start, stop=stop)
     if json_file is not None:
         files.write_json(summary.as_dict(found), json_file)
-    if save_model is not None:
+    if save_model is not None and found.judged:
         save_diagnosed(found, save_model, parent=model, content=content, flights=used)
     if figures is not None:
         from infotraj.diagnosis.steps import steps
@@ -119,6 +119,9 @@ def diagnose_command(
         record_comparison(recording, shown[k], found.model, errors[k])
         _say(quiet, f"{recording}: {shown[k].meta.get('source')}")
     click.echo(summary.as_text(found, verbose=verbose), nl=False)
+    if save_model is not None and not found.judged:
+        click.echo(f"{save_model} is not written: no axis could be judged", err=True)
+    files.say_unmet(accept, let_in.codes + [d.code for d in found.doubts])
     if verbose:
         for line in found.search.trail:
             click.echo(line, err=True)
@@ -190,6 +193,8 @@ def add_command(
     if json_file is not None:
         files.write_json(made.as_dict(), json_file)
     click.echo(made.as_text(), nl=False)
+    for label, how in made.ended.items():
+        click.echo(f"{label}: {how}; {output} says so, too", err=True)
     files.say_unmet(accept, let_in.codes)
     named = " ".join(map(str, flights))
     _say(quiet, f"next: infotraj compare {output} {named} --against {model}{_as_read(made.command_steps)}")

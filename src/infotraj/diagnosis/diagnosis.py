@@ -9,11 +9,14 @@ from typing import Any
 
 import numpy as np
 
+from infotraj.checking.acceptance import accepted_codes, accepted_in
+from infotraj.comparing.equation_error import AXES
 from infotraj.comparing.statistics import Statistics
 from infotraj.diagnosis import premises, refusal, selecting
 from infotraj.diagnosis import search as searching
 from infotraj.diagnosis.candidates import Candidate, candidates
-from infotraj.diagnosis.fitting import Fit
+from infotraj.diagnosis.doubt import Doubt, as_accepted, of_residual, once, refused_axes, with_mixed
+from infotraj.diagnosis.fitting import Fit, beyond_bounds
 from infotraj.diagnosis.numbers import fitted_numbers, values_of
 from infotraj.diagnosis.observation import Member, Observation
 from infotraj.diagnosis.residual import FlightSamples, flight_samples
@@ -28,26 +31,34 @@ from infotraj.effects import Effect, catalogue
 from infotraj.errors import InputError, problem
 from infotraj.flight import Flight, command_steps
 from infotraj.models import Model
+from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
+
+_SEARCHES = 2  # the second without the axes that the first could not explain
 
 
 @dataclass(frozen=True)
 class Diagnosis:
     """What was found. before, after: equation error of the model as given and with the supported effects.
 
+    doubts: why axes cannot be judged, and what a reader must know; refused: those axes fx .. tz, with the reason;
     supported: names, one for each Supported effect and each Not separable group; model: with them added; members,
-    errors_of: the fitted effects in it and their standard errors, in the model's order; whole: the fit of all that the
-    search took; final: that of `model` (of all where nothing is supported).
+    errors_of: the fitted effects in it and their standard errors, in the model's order; at_bound: labels of those whose
+    numbers stopped at a physical bound, and how; coherence (6,): share of what was measured that goes with the model as
+    given; whole: the fit of all that the search took; final: that of `model` (of all where nothing is supported).
     """
 
     findings: tuple[Finding, ...]
     supported: tuple[str, ...]
     unexplained: Unexplained
+    doubts: tuple[Doubt, ...]
     refused: dict[str, str]
+    coherence: Array
     before: Statistics
     after: Statistics
     model: Model
     errors_of: tuple[dict[str, Any], ...]
+    at_bound: dict[str, str]
     samples: tuple[FlightSamples, ...]
     search: Search
     whole: Fit
@@ -57,6 +68,16 @@ class Diagnosis:
     def command_steps(self) -> int:
         """How many steps the commands were taken to make from row to row, at most; 1: they were held."""
         return max(command_steps(s.flight) for s in self.samples)
+
+    @property
+    def judged(self) -> bool:
+        """Whether any axis of force or torque could be judged."""
+        return len(self.refused) < len(AXES)
+
+    @property
+    def accepted(self) -> list[dict[str, Any]]:
+        """Findings about the flights and doubts that the user overruled, for JSON and provenance."""
+        return accepted_in([s.flight for s in self.samples]) + [d.as_dict() for d in self.doubts if d.accepted]
 
     def finding(self, name: str) -> Finding:
         """The finding of that name."""
@@ -107,39 +128,60 @@ def diagnose(
     catalog = catalogue(effects_from)
     vehicle = model.vehicle
     flights = [for_vehicle(f, vehicle) for f in flights]
-    known, hidden = candidates(catalog, vehicle, flights)
     held = held_members(model, flights[0])
-    observation = observe(model, flights, start, stop)
-    doubts = premises.doubts(model, flights, start, stop)
-    known, hidden = premises.remaining(doubts, catalog, known, hidden)
+    known, hidden = candidates(catalog, vehicle, flights)
     taken = {m.candidate.label for m in held}
-    known = [c for c in known if c.label not in taken]
+    doubts = premises.doubts(model, flights, start, stop)
 
-    def searched(observation: Observation, rng: np.random.Generator) -> tuple[Search, Fit]:
-        search = searching.start_search(observation, held, known, rng, matters)
-        return search, selecting.run(search, held) if known else search.fitted(held)
+    overruled = frozenset.intersection(*(accepted_codes(f) for f in flights))
+    trusted = of_residual(AXES) if "axis_unexplained" in overruled else frozenset()
 
-    search, whole = searched(observation, rng)
-    if known and any(sparse(f, vehicle) for f in flights):
-        between = between_rows(flights, vehicle, likeliest_steps(observation, held, known))
-        other, found = searched(observe(model, between, start, stop), np.random.default_rng([seed, 1]))
-        if fits_better((other.observation, found), (search.observation, whole)):
-            flights, search, whole = between, other, found
-    left = Unexplained(False, ()) if doubts else unexplained(search, whole, rng)
-    refused = doubts or search.silent | refusal.unanswered(
-        search.observation.model(whole.members), flights, start, stop
-    )
+    def searched(flights: Sequence[Flight], absent: list[Candidate], rng: np.random.Generator) -> tuple[Search, Fit]:
+        observation = observe(model, flights, start, stop)
+        if absent:
+            ignored = of_residual(with_mixed(refused_axes(doubts), observation.samples))
+            observation = observation.without_axes(ignored)
+        search = searching.start_search(observation, held, absent, rng, matters, trusted)
+        return search, selecting.run(search, held) if absent else search.fitted(held)
+
+    for _ in range(_SEARCHES):
+        left_to, why_not = premises.remaining(doubts, catalog, known, hidden)
+        left_to = [c for c in left_to if c.label not in taken]
+        used, (search, whole) = flights, searched(flights, left_to, rng)
+        if left_to and any(sparse(f, vehicle) for f in flights):
+            between = between_rows(
+                flights, vehicle, likeliest_steps(observe(model, flights, start, stop), held, left_to)
+            )
+            other, found = searched(between, left_to, np.random.default_rng([seed, 1]))
+            if fits_better((other.observation, found), (search.observation, whole)):
+                used, search, whole = between, other, found
+        if not left_to:
+            break
+        doubts = once((*doubts, *as_accepted(search.silent, flights)))
+        # What a fitted model still does not say was no ground to fit it on: it is left out, and the rest judged anew.
+        after_all = refusal.unanswered(search.observation.model(whole.members), used, start, stop)
+        late = [d for d in as_accepted(after_all, flights) if not refused_axes(doubts).keys() >= set(d.axes)]
+        doubts = once((*doubts, *late))
+        if not any(d.counts for d in late):
+            break
+    flights, hidden, known = used, why_not, left_to
+    refused = with_mixed(refused_axes(doubts), search.observation.samples)
+    left = unexplained(search, whole, rng) if known else Unexplained(False, ())
     judge = Judge(search, whole, list(catalog), left, refused, rng)
     findings = judge.findings(hidden)
     supported, chosen = _supported(findings, whole, search)
+    while ended := _ended(search, whole, chosen):
+        findings = _not_at_a_bound(findings, ended)
+        supported, chosen = _supported(findings, whole, search)
     spreads = widening(left)
-    if not doubts:
+    if known:
         named = {f.name for f in findings if f.verdict in CONFIDENT}
         labels = {m.candidate.label for m in whole.members if m.candidate.name in named} | judge.ordinary
         left = left.beside(withheld(search, whole, labels, judge.misfits, judge.chance, refused))
     # The model that is given is fitted as it is given: without what else the search had taken.
     final = search.fitted([*(m for m in whole.members if m.held), *chosen]) if chosen else whole
     labels = {m.candidate.label for m in (*held, *chosen)}
+    ends = {k: v for k, v in beyond_bounds(final, vehicle).items() if k in labels} if chosen else {}
     added = [m for m in final.members if m.candidate.label in labels]
     after_model = Model(vehicle, [m.effect for m in added]) if chosen else model
     before = refusal.errors(model, flights, start, stop)
@@ -153,16 +195,41 @@ def diagnose(
         findings,
         supported,
         left,
+        doubts,
         refused,
+        refusal.coherence(model, flights, start, stop),
         before,
         after,
         after_model,
         errors,
+        ends,
         search.observation.samples,
         search,
         whole,
         final,
     )
+
+
+def _ended(search: Search, whole: Fit, chosen: Sequence[Member]) -> dict[str, str]:
+    """Labels of what ends at a physical bound in the model that is given, without what else the search had taken."""
+    if not chosen:
+        return {}
+    final = search.fitted([*(m for m in whole.members if m.held), *chosen])
+    labels = {m.candidate.label for m in chosen}
+    ended = beyond_bounds(final, search.observation.vehicle)
+    return {label: reason for label, reason in ended.items() if label in labels}
+
+
+def _not_at_a_bound(findings: Sequence[Finding], ended: dict[str, str]) -> tuple[Finding, ...]:
+    """The findings; those whose numbers end at a bound, and the groups that they stand for, are Plausible at most."""
+    why = {label.split()[0]: reason for label, reason in ended.items()}
+    out = []
+    for f in findings:
+        reason = next((why[n] for n in (f.name, *f.group[:1]) if n in why), None)
+        if reason is not None and f.verdict in CONFIDENT:
+            f = replace(f, verdict="Plausible", group=(f.name,), reason=reason)
+        out.append(f)
+    return tuple(out)
 
 
 def _as_given(findings: tuple[Finding, ...], numbers: list) -> tuple[Finding, ...]:

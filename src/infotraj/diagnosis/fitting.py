@@ -23,6 +23,7 @@ from infotraj.vehicle import Vehicle
 _ROUNDS = 8
 _NEAR = 0.3  # usual sizes from where the Jacobian was taken: nearer it counts as that of the place
 _AS_EXPECTED = 0.1  # relative difference between the gain of a step and what the Jacobian said
+_SHORT = 1e-3  # of the way from the absent value to a bound: nearer to it is at it
 _SETTLED = 0.3  # change of the squared error (its unit: one noise variance) below which a fit stops
 
 
@@ -100,12 +101,17 @@ def _penalised(r: Array, x: Array, absent: Array) -> float:
 
 
 def beyond_bounds(made: Fit, vehicle: Vehicle) -> dict[str, str]:
-    """Labels of members whose fitted numbers ended at a physical bound that is not the absent value, and the reason."""
+    """Labels of members whose fitted numbers ended at a physical bound that is not the absent value, and the reason.
+
+    A fit may stop short of a bound: what is left of the way there no longer pays.
+    """
     found, place = {}, 0
     for m in made.members:
         for p in m.places(vehicle):
             value = float(np.atleast_1d(getattr(m.effect, p.parameter))[p.component])
-            if made.at_bound[place] and abs(value - p.absent) > 1e-9 * max(1.0, abs(p.absent)):
+            bounds = [b for b in (p.low, p.high) if np.isfinite(b)]
+            short = any(abs(value - b) <= _SHORT * abs(b - p.absent) for b in bounds)
+            if (made.at_bound[place] or short) and abs(value - p.absent) > 1e-9 * max(1.0, abs(p.absent)):
                 found[m.candidate.label] = f"the fit ends at the physical bound of {p.parameter} ({value:.3g})"
             place += 1
     return found

@@ -3,12 +3,13 @@
 An effect is a small correction of a model that otherwise holds. Where commands and motion belong to different flights,
 where the actuators are known only now and then, or where nothing moves, a fit still finds numbers that lower the error;
 they are no physics. Each premise is tested on the flights as they are, before anything is fitted, by measures that a
-missing effect of any usual size leaves alone: correlation, its sign and its lag, never size.
+missing effect of any usual size leaves alone: correlation, its sign and its lag, never size. One that fails takes out the
+axes that it concerns, not the flights.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +18,10 @@ from infotraj import rotations
 from infotraj.checking import examine
 from infotraj.checking.admission import admitted
 from infotraj.checking.airborne import airborne_rows
-from infotraj.comparing.equation_error import equation_error
+from infotraj.comparing.equation_error import AXES, equation_error
 from infotraj.diagnosis import agreement, vehicle_faults
 from infotraj.diagnosis.candidates import Candidate
+from infotraj.diagnosis.doubt import Doubt, as_accepted, reached, refused_axes
 from infotraj.dynamics.inputs import input_columns
 from infotraj.effects.channels import tilt_columns
 from infotraj.errors import InputError, problem
@@ -28,7 +30,6 @@ from infotraj.models import Model
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
-PREMISES = ("motion", "actuator log", "vehicle file", "time stamps", "commands")
 LONGEST_STEP = 0.03  # s between samples of the actuators: no multirotor is controlled more slowly than 33 Hz
 _STILL_RATE = 0.1  # rad/s, root mean square; sensors' noise is below it
 _STILL_TILT = 0.05  # rad, standard deviation of the direction of gravity in the body
@@ -47,33 +48,46 @@ def examined(flight: Flight, vehicle: Vehicle) -> Flight:
 
 def doubts(
     model: Model, flights: Sequence[Flight], start: float | None = None, stop: float | None = None
-) -> dict[str, str]:
-    """Why these flights can name no effect at all: a reason for each premise that fails; empty where all hold."""
+) -> tuple[Doubt, ...]:
+    """Why axes of these flights can name no effect: one for each premise that fails, with the axes it concerns.
+
+    The reason that says what to do comes first. Those that every flight's user accepts are marked so.
+    """
+    return as_accepted(_doubts(model, flights, start, stop), flights)
+
+
+def _doubts(model: Model, flights: Sequence[Flight], start: float | None, stop: float | None) -> list[Doubt]:
     rows = [_used(f, model.vehicle, start, stop) for f in flights]
-    found = {}
     if all(_still(f, r) for f, r in zip(flights, rows, strict=True)):
-        found["motion"] = "the vehicle hovers: nothing that moves could show an effect"
-        return found
+        return [Doubt("hovers", "motion", AXES, "the vehicle hovers: nothing that moves could show an effect")]
     thin = [w for f, r in zip(flights, rows, strict=True) if (w := _thin(f, r, model.vehicle)) is not None]
     if thin:
-        found["actuator log"] = thin[0]
-        return found
+        return thin[:1]
     errors = [equation_error(model, f, start=start, stop=stop) for f in flights]
     contrary = agreement.contradictions(errors, model.vehicle)
     shortest = int(np.argmin([len(f.t) for f in flights]))
-    fault = vehicle_faults.vehicle_fault(model, flights[shortest], errors[shortest], bool(contrary))
-    # The reason that says what to do comes first.
-    return {**({} if fault is None else {"vehicle file": fault}), **contrary}
+    contradicted = any(d.about == "commands" for d in contrary)
+    fault = vehicle_faults.vehicle_fault(model, flights[shortest], errors[shortest], contradicted)
+    return ([] if fault is None else [fault]) + contrary
 
 
 def remaining(
-    found: Mapping[str, str], names: Iterable[str], known: list[Candidate], hidden: dict[str, str]
+    found: Sequence[Doubt], names: Iterable[str], known: list[Candidate], hidden: dict[str, str]
 ) -> tuple[list[Candidate], dict[str, str]]:
-    """The candidates and the reasons against the others, as `candidates` gives them: where a premise fails, none."""
-    if not found:
+    """The candidates and the reasons against the others, as `candidates` gives them, as far as the doubts leave them.
+
+    Where no axis is left there are none. Where it is not known which column belongs to which actuator, there are none of
+    single actuators.
+    """
+    refused = refused_axes(found)
+    if len(refused) == len(AXES):
+        reason = next(iter(refused.values()))
+        return [], {name: hidden.get(name, reason) for name in names}
+    unordered = next((d.reason for d in found if d.counts and d.unordered), None)
+    if unordered is None:
         return known, hidden
-    reason = next(iter(found.values()))
-    return [], {name: hidden.get(name, reason) for name in names}
+    single = {c.name for c in known if c.fixed or any(p.size == "tilts" for p in c.form)}
+    return [c for c in known if c.name not in single], {**hidden, **dict.fromkeys(single, unordered)}
 
 
 def _used(flight: Flight, vehicle: Vehicle, start: float | None, stop: float | None) -> NDArray:
@@ -123,17 +137,19 @@ def _rms(x: Array) -> float:
     return float(np.sqrt(np.nanmean(np.sum(x**2, axis=1))))
 
 
-def _thin(flight: Flight, rows: NDArray, vehicle: Vehicle) -> str | None:
-    """The reason where the actuators' samples are too far apart, or never change, to say what the vehicle did."""
+def _thin(flight: Flight, rows: NDArray, vehicle: Vehicle) -> Doubt | None:
+    """The doubt where the actuators' samples are too far apart, or never change, to say what the vehicle did."""
     for name, step in _steps(flight, rows, vehicle).items():
         if "tilts" not in name and np.isinf(step):
             words = ("never changes", "it") if "wrench" in name else ("never change", "them")
-            return f"the {name} {words[0]}: the motion does not come from {words[1]}"
+            reason = f"the {name} {words[0]}: the motion does not come from {words[1]}"
+            return Doubt("actuators_constant", "actuator log", AXES, reason)
         if LONGEST_STEP < step < np.inf:
-            return (
+            reason = (
                 f"the {name} are known every {1000 * step:.0f} ms only ({1 / step:.0f} Hz): what the "
                 f"actuators did in between is not in the log, and the motion shows it"
             )
+            return Doubt("actuators_sparse", "actuator log", reached(vehicle), reason)
     return None
 
 
@@ -157,9 +173,23 @@ def _steps(flight: Flight, rows: NDArray, vehicle: Vehicle) -> dict[str, float]:
             x = flight.get(*columns)[rows]
             known = np.isfinite(x).all(axis=1)
             t = flight.t[rows][known]
-            changed = np.flatnonzero(np.any(np.diff(x[known], axis=0) != 0.0, axis=1))
+            changed = _new_values(np.any(np.diff(x[known], axis=0) != 0.0, axis=1))
             if len(t) > 1 and len(changed) == 0:
                 out[f"{name} {what}"] = np.inf
             elif len(changed) > 10:
                 out[f"{name} {what}"] = float(np.median(np.diff(t[1:][changed])))
     return out
+
+
+def _new_values(differs: NDArray) -> NDArray:
+    """Where a new value begins; differs (n - 1,): whether a row's values are not those of the row before.
+
+    A value that comes between two rows changes two of them: the one that holds the mean of old and new, and the next.
+    """
+    at = np.flatnonzero(differs)
+    if len(at) < 2:
+        return at
+    apart = np.diff(at) > 1
+    after, before = np.append(apart, True), np.insert(apart, 0, True)
+    mean_of_two = ~after & before & np.append(after[1:], False)
+    return at[~mean_of_two]

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Sequence
 
 import numpy as np
 
 from infotraj.comparing.equation_error import AXES, EquationError, equation_error
 from infotraj.comparing.statistics import Statistics, statistics
-from infotraj.diagnosis.premises import PREMISES
+from infotraj.diagnosis.doubt import Doubt
 from infotraj.flight import Flight
 from infotraj.models import Model
+from infotraj.rotations import Array
 
 LEAST_EXPLAINED = 0.1  # of the variance of the measured side: below it the prediction is no explanation
 _ABOVE_FLOOR = 3.0  # an error that near the floor is small, whatever it explains
@@ -24,8 +24,8 @@ def errors(model: Model, flights: Sequence[Flight], start: float | None, stop: f
 
 def unanswered(
     model: Model, flights: Sequence[Flight], start: float | None = None, stop: float | None = None
-) -> dict[str, str]:
-    """Axes (fx .. tz) on which a fitted model explains next to nothing of what was measured, with the reason.
+) -> list[Doubt]:
+    """Doubts about axes (fx .. tz) on which a fitted model explains next to nothing of what was measured.
 
     An axis on which the model predicts next to nothing (the side force of a vehicle without tilts) is not one of them.
     What is explained is what goes with the prediction: an error that is as large as the measured side, as rotors 1 %
@@ -42,12 +42,20 @@ def unanswered(
         if explained < LEAST_EXPLAINED:
             what = f"force along {axis[1]}" if axis[0] == "f" else f"torque about {axis[1]}"
             share = f"the prediction explains {explained:.0%} of the measured {what}"
-            found[axis] = f"{share}: flights and vehicle file do not agree there (spin, order of rotors, time stamps)"
+            reason = f"{share}: flights and vehicle file do not agree there (spin, order of rotors, time stamps)"
+            found[axis] = Doubt("axis_disagrees", axis, (axis,), reason)
     worse = [a for i, a in enumerate(AXES) if a[0] == "t" and a in found and after.explained[i] < 0.0]
     if model.vehicle.tilts and worse:
         # Rotors that tilt make every force and torque together: where one torque is not theirs, no axis is sure.
-        found = {"commands": found[worse[0]], **found}
-    return found
+        return [Doubt("axis_disagrees", "commands", AXES, found[worse[0]].reason)]
+    return list(found.values())
+
+
+def coherence(model: Model, flights: Sequence[Flight], start: float | None, stop: float | None) -> Array:
+    """Share (6,) of the measured force and torque that goes with the model's prediction; NaN where either is missing."""
+    made = [equation_error(model, f, start=start, stop=stop) for f in flights]
+    shown = [any(e.scored[:, i].any() for e in made) for i in range(6)]
+    return np.array([_going_with(made, i) if shown[i] else np.nan for i in range(6)])
 
 
 def _going_with(made: Sequence[EquationError], i: int) -> float:
@@ -58,14 +66,8 @@ def _going_with(made: Sequence[EquationError], i: int) -> float:
     return float(max(together, 0.0)) ** 2
 
 
-def axis_group(axis: str, refused: Mapping[str, str] = MappingProxyType({})) -> str | None:
-    """Axis fx .. tz that an axis of the residual stands for; None for kinematic ones.
-
-    refused: where a premise of the whole diagnosis is among what is refused, that premise stands for every axis.
-    """
-    whole = [k for k in refused if k in PREMISES]
-    if whole:
-        return whole[0]
+def axis_group(axis: str) -> str | None:
+    """Axis fx .. tz that an axis of the residual stands for; None for kinematic ones."""
     if axis in AXES:
         return axis
     return {"vx": "fx", "vy": "fy", "vz": "fz"}.get(axis)

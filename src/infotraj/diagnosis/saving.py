@@ -32,13 +32,15 @@ def save_diagnosed(
     note = f"diagnose: {', '.join(found.supported)}" if found.supported else "diagnose: no effect supported"
     note += _read(found.command_steps)
     errors = found.errors_of or [e.standard_errors for e in content.effects]
-    _save(found.model, path, parent, flights, errors, found.before, found.after, note)
+    said = (found.accepted, found.at_bound)
+    _save(found.model, path, parent, flights, errors, found.before, found.after, note, *said)
 
 
 def save_added(made: Added, path: Path, *, parent: Path, content: ModelFile, flights: Sequence[Flight]) -> None:
     """The model with the effects that were asked for."""
     note = f"add: {', '.join(made.names)}{_read(made.command_steps)}"
-    _save(made.model, path, parent, flights, made.errors, made.before, made.after, note)
+    said = (made.accepted, made.ended)
+    _save(made.model, path, parent, flights, made.errors, made.before, made.after, note, *said)
 
 
 def _read(steps: int) -> str:
@@ -54,6 +56,8 @@ def _save(
     before: Statistics,
     after: Statistics,
     note: str,
+    accepted: Sequence[Mapping[str, Any]],
+    at_bound: Mapping[str, str],
 ) -> None:
     references = [Path(str(f.meta["source"])) for f in flights if "source" in f.meta]
     provenance = Provenance(
@@ -62,6 +66,8 @@ def _save(
         flights=tuple(FileReference(path=str(p.resolve()), sha256=sha256(p)) for p in references if p.is_file()),
         error={"before": axes(before.rmse), "after": axes(after.rmse), "floor": axes(after.floor)},
         note=note,
+        accepted=tuple(AcceptedFinding.model_validate(dict(entry)) for entry in accepted),
+        at_bound=dict(at_bound),
     )
     save_model(model, path, standard_errors=errors, provenance=provenance)
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from infotraj.diagnosis.allowance import scale_and_spread, stamp_variance
 from infotraj.diagnosis.candidates import Candidate, read
+from infotraj.diagnosis.doubt import Doubt
 from infotraj.diagnosis.driving_noise import driving_variance, weighed
 from infotraj.diagnosis.fitting import Fit, fit
 from infotraj.diagnosis.noise import estimated, started
@@ -36,7 +37,7 @@ class Search:
 
     tolerance: how large tolerances are, times ordinary ones; trail: what it did, for the verbose output; at_bound:
     labels of what fits drove to a physical bound, and how;
-    silent: axes on which these flights say nothing, and why.
+    silent: doubts about axes on which these flights say nothing.
     """
 
     observation: Observation
@@ -48,7 +49,7 @@ class Search:
     fits: dict[frozenset[str], Fit | None] = field(default_factory=dict)
     trail: list[str] = field(default_factory=list)
     at_bound: dict[str, str] = field(default_factory=dict)
-    silent: dict[str, str] = field(default_factory=dict)
+    silent: tuple[Doubt, ...] = ()
     made: int = 0  # fits, so far
     spreads: dict[int, tuple[Fit, Array]] = field(default_factory=dict)  # by the fit's identity
     _white: tuple[Noise, list[list[Array]], Array] | None = None
@@ -151,11 +152,19 @@ def start_search(
     known: Sequence[Candidate],
     rng: np.random.Generator,
     matters: float = MATTERS,
+    trusted: AbstractSet[str] = frozenset(),
 ) -> Search:
-    """Linearises every candidate around the model and estimates the noise from what their richest fit leaves."""
+    """Linearises every candidate around the model and estimates the noise from what their richest fit leaves.
+
+    trusted: axes that are used even where these flights say nothing of them.
+    """
     base = sensitivities(observation, held, known)
-    silent = silent_axes(observation.samples, base.joint)
-    observation = started(observation.without_axes(silent.keys()), base.joint)
+    silent = [
+        Doubt("axis_unexplained", a, (a,), why) for a, why in silent_axes(observation.samples, base.joint).items()
+    ]
+    silent = [d for d in silent if d.about not in observation.ignored]
+    observation = observation.without_axes({d.about for d in silent} - trusted)
+    observation = started(observation, base.joint)
     before = len(base.choices)
     for candidate in known:
         own = [i for c in base.choices if c.candidate.label == candidate.label for i in c.columns]
@@ -164,7 +173,7 @@ def start_search(
             base = extended(base, observation, held, variant)
     if len(base.choices) > before:
         observation = estimated(observation, base.joint, rounds=1)
-    return Search(observation, tuple(known), base, rng, matters, silent=silent)
+    return Search(observation, tuple(known), base, rng, matters, silent=tuple(silent))
 
 
 def tolerance_scale(search: Search, whole: Fit) -> float:

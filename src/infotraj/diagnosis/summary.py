@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from infotraj.checking.acceptance import accepted_in, accepted_lines
 from infotraj.comparing.equation_error import AXES
 from infotraj.diagnosis.diagnosis import Diagnosis
-from infotraj.diagnosis.premises import PREMISES
 from infotraj.diagnosis.sparse_commands import sparse
 from infotraj.diagnosis.verdicts import Finding
 from infotraj.rotations import Array
@@ -41,7 +41,18 @@ def as_dict(found: Diagnosis) -> dict[str, Any]:
             }
             for s in found.unexplained.axes
         ],
-        "refused": found.refused,
+        "refused": {d.about: d.reason for d in found.doubts if d.counts},
+        "axes": {
+            axis: {
+                "judged": axis not in found.refused,
+                "reason": found.refused.get(axis),
+                "coherence": _number(found.coherence[i]),
+            }
+            for i, axis in enumerate(AXES)
+        },
+        "warnings": [d.reason for d in found.doubts if not d.refuses],
+        "accepted": found.accepted,
+        "at_bound": found.at_bound,
         "commands": {"every": _number(found.search.observation.command_step), "steps": found.command_steps},
         "flights": [
             {
@@ -63,12 +74,11 @@ def sentence(found: Diagnosis) -> str:
         others = [n for n in f.group if n != name]
         parts.append(name + (f" (or {' or '.join(others)}: not separable on these flights)" if others else ""))
     first = f"Missing: {', '.join(parts)}" if parts else "No missing effect is supported"
-    doubts = [v for k, v in found.refused.items() if k in PREMISES]
-    if doubts:
-        first = f"These data cannot say which effect is missing: {doubts[0]}"
+    if not found.judged:
+        first = f"These data cannot say which effect is missing: {next(iter(found.refused.values()))}"
     elif found.refused:
         axes = ", ".join(found.refused)
-        first += f"; nothing can be said about {axes}: {next(iter(found.refused.values()))}"
+        first += f"; nothing can be said about {axes}: {'; '.join(dict.fromkeys(found.refused.values()))}"
     if found.unexplained.found:
         where = ", ".join(list(dict.fromkeys(s.axis for s in found.unexplained.axes))[:3])
         first += f"; structured error is left on {where} that no effect of the catalogue explains"
@@ -111,6 +121,11 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
         lines.append(f"commands: every {1000 * every:.0f} ms, read as {found.command_steps} steps from row to row")
     if found.command_steps > 1 or any(sparse(s.flight, found.model.vehicle) for s in found.samples):
         lines.append(f"a delay below {500 * every:.0f} ms cannot be told from how commands ran between their rows")
+    lines += [f"not judged: {axis} ({reason})" for axis, reason in found.refused.items()] if found.judged else []
+    lines += [f"warning: {d.reason}" for d in found.doubts if not d.refuses]
+    lines += [f"at a bound: {label}: {how}" for label, how in found.at_bound.items()]
+    lines += accepted_lines(accepted_in([s.flight for s in found.samples]))
+    lines += [f"accepted {d.code} ({', '.join(d.axes)}): {d.reason}" for d in found.doubts if d.accepted]
     lines.append(sentence(found))
     return "\n".join(lines) + "\n"
 

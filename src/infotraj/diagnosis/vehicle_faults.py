@@ -13,7 +13,8 @@ from itertools import combinations
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from infotraj.comparing.equation_error import EquationError, equation_error
+from infotraj.comparing.equation_error import AXES, EquationError, equation_error
+from infotraj.diagnosis.doubt import Doubt
 from infotraj.dynamics.actuators import body_wrench
 from infotraj.errors import InputError
 from infotraj.flight import Flight
@@ -28,6 +29,7 @@ _BETTER = 1.5  # times less variance of the error on one axis with each change
 _FALL = 50.0  # times less variance in the end, unless next to nothing is left: effects can copy a part of a fault
 _LEFT = 2.0  # times the floor
 _STEPS = 12
+_ORDER = "in each other's place"
 _SAME = 0.05  # log likelihood
 _VERIFIED = 3
 _NAMED = 3
@@ -41,8 +43,8 @@ def suspected(error: EquationError, times: float = _SUSPICIOUS) -> bool:
         return bool(np.any(varies > (times * error.floor[3:]) ** 2))
 
 
-def vehicle_fault(model: Model, flight: Flight, error: EquationError, contradicted: bool) -> str | None:
-    """The change of the vehicle file that takes most of the error away, in words; None where none does.
+def vehicle_fault(model: Model, flight: Flight, error: EquationError, contradicted: bool) -> Doubt | None:
+    """The change of the vehicle file that takes most of the error away, and the axes whose prediction it changes.
 
     error: of the model on the flight; contradicted: whether prediction and measurement disagree so far that the order
     of rotors and tilts and the tilts' axes are tried whatever the size of the error.
@@ -84,7 +86,13 @@ def vehicle_fault(model: Model, flight: Flight, error: EquationError, contradict
         return None
     few = len(changes) <= _NAMED
     what = " and ".join(changes) if few else f"another order of rotors or tilts ({', '.join(changes)})"
-    return f"the flights fit the vehicle file far better with {what} (squared torque error {fall:.0f} times smaller)"
+    reason = f"the flights fit the vehicle file far better with {what} (squared torque error {fall:.0f} times smaller)"
+    moved = np.nanstd(part.predicted - start.predicted, axis=0)
+    with np.errstate(invalid="ignore"):
+        axes = tuple(a for a, far in zip(AXES, moved > start.floor, strict=True) if far)
+    # A spin is one sign; rotors in each other's place leave open which column is which rotor's.
+    unordered = any(_ORDER in words for words in changes)
+    return Doubt("wrong_vehicle_file", "vehicle file", axes, reason, unordered=unordered)
 
 
 def _servo_bias_instead(model: Model, flight: Flight, error: EquationError, left: Array) -> bool:
@@ -170,7 +178,7 @@ def _changed(vehicle: Vehicle, every: bool) -> Iterator[tuple[str, Vehicle]]:
         return
     for i, j in combinations(range(len(rotors)), 2):
         swapped = _with(vehicle, "rotors", {i: rotors[j], j: rotors[i]})
-        yield f"{rotors[i].name} and {rotors[j].name} in each other's place", swapped
+        yield f"{rotors[i].name} and {rotors[j].name} {_ORDER}", swapped
     arms = [[k for k, r in enumerate(rotors) if r.tilt == i] for i in range(len(tilts))]
     for a, b in combinations([arm for arm in arms if len(arm) > 1], 2):
         if len(a) == len(b):
@@ -179,13 +187,13 @@ def _changed(vehicle: Vehicle, every: bool) -> Iterator[tuple[str, Vehicle]]:
                 **{j: rotors[i] for i, j in zip(a, b, strict=True)},
             }
             names = " and ".join(",".join(rotors[k].name for k in arm) for arm in (a, b))
-            yield f"{names} in each other's place", _with(vehicle, "rotors", there)
+            yield f"{names} {_ORDER}", _with(vehicle, "rotors", there)
     turned = [x.model_copy(update={"axis": tuple(-a for a in x.axis)}) for x in tilts]
     if tilts:
         yield "all tilt axes reversed", vehicle.model_copy(update={"tilts": tuple(turned)})
     for i, j in combinations(range(len(tilts)), 2):
         swapped = _with(vehicle, "tilts", {i: tilts[j], j: tilts[i]})
-        yield f"{tilts[i].name} and {tilts[j].name} in each other's place", swapped
+        yield f"{tilts[i].name} and {tilts[j].name} {_ORDER}", swapped
     for i, x in enumerate(tilts):
         yield f"the axis of {x.name} reversed", _with(vehicle, "tilts", {i: turned[i]})
 

@@ -163,7 +163,7 @@ class Judge:
 
         explained: squared error that it takes away.
         """
-        axis = refusal.axis_group(e.axis, self.refused)
+        axis = refusal.axis_group(e.axis)
         if m.held:
             return "Not needed", "in the model already"
         if m.candidate.label in self._wrong:
@@ -200,6 +200,22 @@ class Judge:
         if found is not None:
             self.misfits[m.candidate.label] = found
         return found
+
+    def _acts_on_refused(self, mine: Sequence[int]) -> list[str]:
+        """Axes that cannot be judged on which these choices (of `found`) act."""
+        base, labels = self.search.base, {self.found.choices[i].candidate.label for i in mine}
+        columns = [1 + i for c in base.choices if c.candidate.label in labels for i in c.columns]
+        acts: dict[str, float] = {}
+        for s, flight in zip(self.search.observation.samples, base.joint, strict=True):
+            for channel, x in zip(s.channels, flight, strict=True):
+                for i, axis in enumerate(channel.axes):
+                    size = np.max(np.mean(x[:, i, columns] ** 2, axis=0), initial=0.0) / max(
+                        np.mean(x[:, i, 0] ** 2), 1e-300
+                    )
+                    group = refusal.axis_group(axis) or axis
+                    acts[group] = max(acts.get(group, 0.0), float(size))
+        most = max(acts.values(), default=0.0)
+        return [a for a in self.refused if acts.get(a, 0.0) > 1e-4 * most]
 
     def _within_form(self, reported: Sequence[Member], out: Mapping[str, Finding]) -> dict[str, Finding]:
         """Findings that may be no more than what another effect's formula is off by."""
@@ -276,9 +292,11 @@ class Judge:
         rises = [sums.gram.sum(axis=1) / windows[:, None, None], plain_gram]
         usual = max(_usual_rise(gram, found, i) for gram in rises for i in mine)
         if usual < search.matters:
-            where = f" on the axes that can be judged (not {', '.join(search.silent)})" if search.silent else ""
+            acts = self._acts_on_refused(mine)
+            where = f" on the axes that can be judged (not {', '.join(acts)})" if acts else ""
             reason = f"these flights do not excite it{where}: at its usual size it would raise the error by"
-            return verdict("Not testable here", f"{reason} {usual:.2g} of the floor")
+            why = f"; {self.refused[acts[0]]}" if acts else ""
+            return verdict("Not testable here", f"{reason} {usual:.2g} of the floor{why}")
         ended = [why for label, why in search.at_bound.items() if label.split()[0] == name]
         if e.gain < self.chance:
             return verdict("Not needed", ended[0] if ended else "no gain")

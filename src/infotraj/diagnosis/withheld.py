@@ -32,7 +32,7 @@ def withheld(
     taken = [
         Structure(x.axis, float("nan"), 0.0, x.rise, (), f"{label} fits it with numbers that change {x.how}", x.share)
         for label, x in misfits.items()
-        if axis_group(x.axis, refused) not in refused
+        if axis_group(x.axis) not in refused
     ]
     others = [m.candidate.label for m in whole.members if not m.held and m.candidate.label not in named]
     without = search.fitted([m for m in whole.members if m.candidate.label not in others])
@@ -42,7 +42,7 @@ def withheld(
     rise = rises(whole, without)
     matters = np.maximum(search.matters, _SMALL * rises(whole, given))
     axis = int(np.argmax(rise / matters))
-    if rise[axis] <= matters[axis] or axis_group(whole.sums.axes[axis], refused) in refused:
+    if rise[axis] <= matters[axis] or axis_group(whole.sums.axes[axis]) in refused:
         return []
     hint = f"{' and '.join(others)} take{'' if len(others) > 1 else 's'} it up, without sufficient evidence"
     return [Structure(whole.sums.axes[axis], float("nan"), 0.0, float(rise[axis]), (), hint, 0.0)]
