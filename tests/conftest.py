@@ -1,5 +1,5 @@
-"""One thread for linear algebra: the matrices are small, and more threads only slow them down. Checks that are remembered
-are those of these tests."""
+"""One thread for linear algebra: the matrices are small, and more threads only slow them down. Remembered checks are
+those of these tests."""
 
 import os
 import tempfile

@@ -90,10 +90,10 @@ def test_every_code_that_is_written_out_in_the_sources_is_in_the_registry():
     found = set()
     for path in [*(ROOT / "src/infotraj/checking").glob("*.py"), *(ROOT / "src/infotraj/diagnosis").glob("*.py")]:
         for node in ast.walk(ast.parse(path.read_text())):
-            # A finding's second argument is its severity; that of a verdict on an effect is none.
-            if isinstance(node, ast.Call) and node.args and getattr(node.func, "id", "") in ("Finding", "Doubt"):
-                if path.parent.name == "checking" or node.func.id == "Doubt":
-                    found |= literals(node.args[0])
+            # The diagnosis has findings of its own, on effects.
+            called = getattr(node.func, "id", "") if isinstance(node, ast.Call) and node.args else ""
+            if called == "Doubt" or (called == "Finding" and path.parent.name == "checking"):
+                found |= literals(node.args[0])
     assert {"dead_stream", "hovers", "copy", "nothing_measured"} <= found
     assert found <= set(CODES)
 
@@ -224,7 +224,9 @@ def test_a_check_is_remembered_until_something_that_it_depends_on_changes(table,
     first = checked([flight], vehicle)[0]
     again = checked([accepting(flight, ["rate_unit"])], vehicle)[0]
     assert len(calls) == 1
-    assert [f.code for f in again.findings if not f.accepted] == [f.code for f in first.findings if f.code != "rate_unit"]
+    assert [f.code for f in again.findings if not f.accepted] == [
+        f.code for f in first.findings if f.code != "rate_unit"
+    ]
     assert (first.outcome, again.outcome == "rejected") == ("rejected", False)
     assert first.usable == []
     assert again.usable

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import click
 import pytest
@@ -43,3 +44,13 @@ def test_an_unknown_command_is_usage():
     done = run("frobnicate")
     assert done.returncode == 2
     assert "Traceback" not in done.stderr
+
+
+def test_history_starts_without_what_evaluates_a_model():
+    code = (
+        "import sys; from click.testing import CliRunner; from infotraj.diagnosis.command import history_command; "
+        "done = CliRunner().invoke(history_command, ['config/vehicles/quadrotor.yaml']); "
+        "assert done.exit_code == 0, done.output; "
+        "heavy = {'scipy', 'pandas', 'numba', 'matplotlib'} & set(sys.modules); assert not heavy, heavy"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=Path(__file__).parents[1])

@@ -1,6 +1,7 @@
 """Equation error: one filter on both sides, a floor that is the floor, JSON, thresholds, rejected flights."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import fast_flyer
@@ -13,6 +14,7 @@ from hypothesis import strategies as st
 from infotraj.comparing import compare, difference, equation_error, statistics
 from infotraj.comparing.command import compare_command
 from infotraj.comparing.floor import white_noise
+from infotraj.comparing.summary import as_text
 from infotraj.comparing.window import Window
 from infotraj.effects.registry import catalogue
 from infotraj.errors import InputError, UsageError
@@ -216,3 +218,14 @@ def test_figures_and_recording_are_written(tmp_path, dragged):
     entities = str(read_back(tmp_path / "a.rrd"))
     for entity in ("force_measured", "force_predicted", "force_residual", "error_path", "residual/fx/residual"):
         assert entity in entities
+
+
+def test_a_prediction_far_worse_than_none_leaves_its_columns_apart(quiet):
+    made = compare({"model": load_model(QUADROTOR)}, [quiet])
+    (error,) = made.models[0].errors
+    wild = replace(error, predicted=error.predicted + np.array([12.5, 0, 0, 0, 0, 3e4]) * np.sin(40 * error.t)[:, None])
+    text = as_text(replace(made, models=(replace(made.models[0], errors=(wild,)),)))
+    row = next(line for line in text.splitlines() if line.startswith("tz")).split()
+    assert len(row) == 8  # the unit has a space in it: axis, N, m, and five numbers
+    assert row[-1] == "<-1000%"
+    assert all(np.isfinite(float(cell)) for cell in row[3:-1])

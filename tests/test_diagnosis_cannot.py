@@ -237,7 +237,7 @@ def test_a_refusal_that_is_accepted_is_judged_and_said():
 
 
 def blown(table, rng):
-    """The flight with air that pushes: an acceleration that follows the speed, up to a third of the thrust's changes."""
+    """The flight with air that pushes: an acceleration that follows the speed, and a wind."""
     turned = Rotation.from_quat(table[["qx", "qy", "qz", "qw"]].to_numpy())
     table[["ax", "ay", "az"]] -= 1.2 * turned.inv().apply(table[["vx", "vy", "vz"]].to_numpy() + rng.normal(0, 1, 3))
     return table

@@ -1,7 +1,7 @@
 """The user's word: findings that are accepted stay visible and are in no one's way.
 
-The word travels with the flight. Its metadata hold `accept`, the codes that are accepted (`--accept` adds to them), and,
-once it was checked, `accepted`: what was found and accepted, which every answer names.
+The word travels with the flight. Its metadata hold `accept`, the codes that are accepted (`--accept` adds to them),
+and, once it was checked, `accepted`: what was found and accepted, which every answer names.
 """
 
 from __future__ import annotations

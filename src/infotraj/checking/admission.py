@@ -24,8 +24,8 @@ def checked(
 ) -> list[Check]:
     """The checks of flight tables that are to be used together, in order, copies among them found.
 
-    start, stop: s, the part that is used, and the only one that is looked at. InputError where it holds no rows. What was
-    checked before is remembered (see `remembered`).
+    start, stop: s, the part that is used, and the only one that is looked at. InputError where it holds no rows. What
+    was checked before is remembered (see `remembered`).
     """
     return with_copies(flights, [_checked(_part(f, start, stop), vehicle) for f in flights])
 

@@ -1,9 +1,9 @@
 """Checks that were made before: one that nothing has changed for is read back instead of made again.
 
-A check costs twenty times what comparing a model with the same flight does, and every command makes it. What it depends
-on is its key: the flights' bytes and metadata, the vehicle, the part that is used, and the code of the checks. Entries lie
-in the user's cache directory (INFOTRAJ_CACHE overrides it) and are pickles, as numba's are; without a place to write,
-every check is made.
+A check costs twenty times what comparing a model with the same flight does, and every command makes it. What it
+depends on is its key: the flight's numbers and metadata, the vehicle, and the code of the checks. Entries lie in the
+user's cache directory (INFOTRAJ_CACHE overrides it) and are pickles, as numba's are; without a place to write, every
+check is made.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _CODE = ("checking", "flight.py", "rotations.py", "vehicle.py")
 
 
 def remembered(parts: Iterable[Any], make: Callable[[], Any]) -> Any:
-    """What `make` gives, or gave when all these parts (anything whose repr says all) and the checks' code were the same."""
+    """What `make` gives, or gave when these parts (anything whose repr says all) and the checks' code were the same."""
     key = hashlib.sha256("\0".join([_code(), *map(repr, parts)]).encode()).hexdigest()
     path = _folder() / f"{key}.pickle"
     try:

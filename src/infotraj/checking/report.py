@@ -48,7 +48,7 @@ def as_json(checks: list[Check], accept: Collection[str] = ()) -> dict[str, Any]
 
 
 def as_text(check: Check, notes: bool = True, details: bool = False) -> str:
-    """One log: a line of outcome, a line a finding, with `details` its effect and remedy too, and what is in the way."""
+    """One log: a line of outcome, a line a finding (with `details` its effect and remedy too), what is in the way."""
     usable = f", usable {spans_text(tuple(check.usable))}" if check.outcome == "cut" else ""
     head = (
         f"{check.source}: {_OUTCOMES[check.outcome]} ({check.rows} rows, {check.stop - check.start:.1f} s, "
@@ -77,7 +77,7 @@ def in_the_way(check: Check) -> tuple[str | None, str]:
 
 
 def across_text(checks: list[Check], accept: Collection[str] = ()) -> str:
-    """What several logs say together, a line a finding; empty where there is nothing to say. accept: as in `as_json`."""
+    """What several logs say together, a line a finding; empty for nothing to say. accept: as in `as_json`."""
     found = marked(lags_across(checks), frozenset(accept))
     return "\n".join(["all logs:", *(line for f in found for line in _lines(f, True))]) if found else ""
 

@@ -46,8 +46,8 @@ def admitted(
     """The flights that `check` lets through and `use` can work with. The others are named on standard error.
 
     command_steps: what is said of the commands of all of them (see `stepped`); None: what their metadata say. accept:
-    codes of findings that are overruled in all of them, beside those that their metadata accept. start, stop: s, the part
-    that is used. UsageError for a code that does not exist; InputError where a flight was rejected (with
+    codes of findings that are overruled in all of them, beside those that their metadata accept. start, stop: s, the
+    part that is used. UsageError for a code that does not exist; InputError where a flight was rejected (with
     `skip_rejected`: where none is left).
     """
     overruled = known(accept)

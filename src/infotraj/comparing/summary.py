@@ -130,7 +130,7 @@ def _percent(share: float) -> str:
     """A share explained; far below nothing the digits say no more."""
     if not math.isfinite(share):
         return "-"
-    return f"{100 * share:.1f}%" if share > -10 else "< -1000%"
+    return f"{100 * share:.1f}%" if share > -10 else "<-1000%"
 
 
 def _by_flight(comparison: Comparison) -> str:

@@ -133,7 +133,7 @@ def add(
         tuple(fitted_numbers(made, vehicle, more=driving_variance(observation, made))),
         refusal.errors(model, flights, start, stop),
         refusal.errors(new, flights, start, stop),
-        beyond_bounds(made, vehicle),
+        beyond_bounds(made.members, vehicle),
         max(map(command_steps, flights)),
         tuple(accepted_in(flights)),
     )
@@ -164,7 +164,7 @@ def _best(observation: Observation, held: Sequence[Member], chosen) -> tuple[Obs
 
 
 def _number(name: str, value: Any, error: Any) -> str:
-    """A parameter with its standard error, no more digits than the error leaves: `r [0.0082, -0.0051] +- [1e-04, 2e-04]`."""
+    """A parameter with its standard error, no more digits than the error leaves: `d [0.0982, 0.1] +- [0.002, 0.01]`."""
     values = value if isinstance(value, list) else [value]
     errors = [None] * len(values) if error is None else error if isinstance(error, list) else [error]
     shown = [_digits(v, s) for v, s in zip(values, errors, strict=True)]

@@ -19,6 +19,7 @@ _COMPARABLE = 0.4  # of the measured side's size: a smaller prediction does not 
 _LAGS = (-0.3, 0.4)  # s, response behind prediction
 _NEAR = (-0.05, 0.2)  # s, where actuators' lags and delays can put it
 _CLEAR = 0.6
+_FOLLOWS = 0.9  # where other axes do not: the motion is that of these commands
 _UNRELATED = 0.2  # where one axis alone is to decide
 _LEAD = 0.015  # s beyond the slowest declared actuator: an earlier response is against causality
 _ALIKE = 0.02  # s by which the lags of axes and flights may differ where one shift of the clock makes them
@@ -63,7 +64,9 @@ def contradictions(errors: Sequence[EquationError], vehicle: Vehicle) -> list[Do
     # One torque of a vehicle that pushes sideways may be small, and drowned by an effect; of two this is not so.
     alone = len(unrelated) == 1 and (vehicle.tilts or min(unrelated.values()) > _UNRELATED)
     if against or (unrelated and not alone) or (len(faint) >= 2 and 2 * len(faint) > loud):
-        return [_unrelated(against, unrelated, faint, tuple(related), vehicle)]
+        near = (lags > _NEAR[0]) & (lags < _NEAR[1])
+        follow = [axis for axis, x in related.items() if x.correlation[near].max() > _FOLLOWS]
+        return [_unrelated(against, unrelated, faint, follow, vehicle)]
     early = _early(related, lags, vehicle, step)
     return [] if early is None else [early]
 
@@ -80,12 +83,13 @@ def _unrelated(
     against: Mapping[str, float],
     unrelated: Mapping[str, float],
     faint: Mapping[str, float],
-    related: Sequence[str],
+    follow: Sequence[str],
     vehicle: Vehicle,
 ) -> Doubt:
     """The doubt about the commands, and the axes that it takes out.
 
-    Those of no actuator are left, and those that are shown to follow their commands. Where none does, or where rotors
+    Those of no actuator are left, and those that clearly follow their commands: slow signals of two flights may agree
+    by chance. Where none does, or where rotors
     that tilt make every force and torque together, no axis is sure.
     """
     parts = []
@@ -97,8 +101,8 @@ def _unrelated(
         f"what the actuators predict is {' and '.join(parts)} (correlation): actuators and motion do not belong "
         f"together (order of columns, spin or tilt axes in the vehicle file, commands of another flight)"
     )
-    whole = bool(vehicle.tilts) or not related
-    axes = AXES if whole else tuple(a for a in reached(vehicle) if a not in related)
+    whole = bool(vehicle.tilts) or not follow
+    axes = AXES if whole else tuple(a for a in reached(vehicle) if a not in follow)
     return Doubt("commands_unrelated", "commands", axes, reason, unordered=True)
 
 
@@ -109,8 +113,8 @@ def _listed(axes: Mapping[str, float]) -> str:
 def _early(related: Mapping[str, _Lagged], lags: Array, vehicle: Vehicle, step: float) -> Doubt | None:
     """The doubt where the vehicle responds before its commands.
 
-    What a model lacks shifts a correlation, too: drag follows the speed, which follows the force. A late stamp is one and
-    the same shift on every axis of every flight, it undoes nearly all of the disagreement, and without it the
+    What a model lacks shifts a correlation, too: drag follows the speed, which follows the force. A late stamp is one
+    and the same shift on every axis of every flight, it undoes nearly all of the disagreement, and without it the
     disagreement is large. Less than that is said, and refuses nothing.
     """
     if not related:

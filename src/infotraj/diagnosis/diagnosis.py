@@ -181,8 +181,7 @@ def diagnose(
     # The model that is given is fitted as it is given: without what else the search had taken.
     final = search.fitted([*(m for m in whole.members if m.held), *chosen]) if chosen else whole
     labels = {m.candidate.label for m in (*held, *chosen)}
-    ends = {k: v for k, v in beyond_bounds(final, vehicle).items() if k in labels} if chosen else {}
-    added = [m for m in final.members if m.candidate.label in labels]
+    added = [m for m in final.members if m.candidate.label in labels] if chosen else list(held)
     after_model = Model(vehicle, [m.effect for m in added]) if chosen else model
     before = refusal.errors(model, flights, start, stop)
     after = refusal.errors(after_model, flights, start, stop) if chosen else before
@@ -202,7 +201,7 @@ def diagnose(
         after,
         after_model,
         errors,
-        ends,
+        beyond_bounds(added, vehicle),
         search.observation.samples,
         search,
         whole,
@@ -216,7 +215,7 @@ def _ended(search: Search, whole: Fit, chosen: Sequence[Member]) -> dict[str, st
         return {}
     final = search.fitted([*(m for m in whole.members if m.held), *chosen])
     labels = {m.candidate.label for m in chosen}
-    ended = beyond_bounds(final, search.observation.vehicle)
+    ended = beyond_bounds(final.members, search.observation.vehicle)
     return {label: reason for label, reason in ended.items() if label in labels}
 
 

@@ -100,20 +100,18 @@ def _penalised(r: Array, x: Array, absent: Array) -> float:
     return float(r @ r + np.sum(((x - absent) / PRIOR) ** 2))
 
 
-def beyond_bounds(made: Fit, vehicle: Vehicle) -> dict[str, str]:
-    """Labels of members whose fitted numbers ended at a physical bound that is not the absent value, and the reason.
+def beyond_bounds(members: Sequence[Member], vehicle: Vehicle) -> dict[str, str]:
+    """Labels of members with a number at a physical bound that is not the absent value, and the reason.
 
-    A fit may stop short of a bound: what is left of the way there no longer pays.
+    A fit may stop just short of a bound: what is left of the way there no longer pays.
     """
-    found, place = {}, 0
-    for m in made.members:
+    found = {}
+    for m in members:
         for p in m.places(vehicle):
             value = float(np.atleast_1d(getattr(m.effect, p.parameter))[p.component])
-            bounds = [b for b in (p.low, p.high) if np.isfinite(b)]
-            short = any(abs(value - b) <= _SHORT * abs(b - p.absent) for b in bounds)
-            if (made.at_bound[place] or short) and abs(value - p.absent) > 1e-9 * max(1.0, abs(p.absent)):
+            bounds = [b for b in (p.low, p.high) if np.isfinite(b) and abs(b - p.absent) > 1e-9 * max(1.0, abs(b))]
+            if any(abs(value - b) <= _SHORT * abs(b - p.absent) for b in bounds):
                 found[m.candidate.label] = f"the fit ends at the physical bound of {p.parameter} ({value:.3g})"
-            place += 1
     return found
 
 

@@ -3,8 +3,8 @@
 An effect is a small correction of a model that otherwise holds. Where commands and motion belong to different flights,
 where the actuators are known only now and then, or where nothing moves, a fit still finds numbers that lower the error;
 they are no physics. Each premise is tested on the flights as they are, before anything is fitted, by measures that a
-missing effect of any usual size leaves alone: correlation, its sign and its lag, never size. One that fails takes out the
-axes that it concerns, not the flights.
+missing effect of any usual size leaves alone: correlation, its sign and its lag, never size. One that fails takes out
+the axes that it concerns, not the flights.
 """
 
 from __future__ import annotations
@@ -76,8 +76,8 @@ def remaining(
 ) -> tuple[list[Candidate], dict[str, str]]:
     """The candidates and the reasons against the others, as `candidates` gives them, as far as the doubts leave them.
 
-    Where no axis is left there are none. Where it is not known which column belongs to which actuator, there are none of
-    single actuators.
+    Where no axis is left there are none. Where it is not known which column belongs to which actuator, there are none
+    of single actuators.
     """
     refused = refused_axes(found)
     if len(refused) == len(AXES):

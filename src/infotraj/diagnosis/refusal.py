@@ -52,7 +52,7 @@ def unanswered(
 
 
 def coherence(model: Model, flights: Sequence[Flight], start: float | None, stop: float | None) -> Array:
-    """Share (6,) of the measured force and torque that goes with the model's prediction; NaN where either is missing."""
+    """Share (6,) of the measured force and torque that goes with the model's prediction; NaN where one is missing."""
     made = [equation_error(model, f, start=start, stop=stop) for f in flights]
     shown = [any(e.scored[:, i].any() for e in made) for i in range(6)]
     return np.array([_going_with(made, i) if shown[i] else np.nan for i in range(6)])

@@ -115,7 +115,7 @@ def _within_bounds(search: Search, members: tuple[Member, ...]) -> tuple[Member,
     """The members without those whose numbers end at a physical bound, which `search.at_bound` then names."""
     while True:
         whole = search.fitted(members)
-        beyond = beyond_bounds(whole, search.observation.vehicle)
+        beyond = beyond_bounds(whole.members, search.observation.vehicle)
         ended = {m.candidate.label: beyond[m.candidate.label] for m in members if m.candidate.label in beyond}
         ended = {label: where for label, where in ended.items() if not _member(members, label).held}
         if not ended:

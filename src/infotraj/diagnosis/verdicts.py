@@ -83,7 +83,7 @@ class Judge:
         self.chance = float(np.quantile(gains, SIGNIFICANCE))
         self._absent = [c for choice in self.found.choices for c in choice.columns]
         self._errors: dict[int, list[Array]] = {}
-        self._wrong = beyond_bounds(self.whole, self.search.observation.vehicle)
+        self._wrong = beyond_bounds(self.whole.members, self.search.observation.vehicle)
         self._formulas: Formulas | None = None
         self.misfits: dict[str, Misfit] = {}
 

@@ -46,8 +46,8 @@ class AcceptedFinding(_Strict):
 class Provenance(_Strict):
     """Where a model came from.
 
-    The version that made it, its parent, the flights it was fitted to, the errors, the findings that the user overruled,
-    and the effects whose numbers stopped at a physical bound, with the reason.
+    The version that made it, its parent, the flights it was fitted to, the errors, the findings that the user
+    overruled, and the effects whose numbers stopped at a physical bound, with the reason.
     """
 
     version: str = ""
@@ -68,7 +68,7 @@ class ModelFile(_Strict):
 
 
 def read_content(path: str | Path) -> ModelFile:
-    """The content of a model file; of a vehicle file: a model with that vehicle and no effects. InputError, one line."""
+    """The content of a model file; of a vehicle file: that vehicle and no effects. InputError, one line."""
     path = Path(path)
     try:
         content = yaml.safe_load(path.read_text())
