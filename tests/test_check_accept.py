@@ -213,6 +213,9 @@ def test_only_the_part_that_is_used_is_checked(table, tmp_path):
     assert "rejected: " in run(compare_command, VEHICLE, path).stderr
     done = run(compare_command, VEHICLE, path, "--to", "5")
     assert done.exception is None, done.stderr
+    done = run(compare_command, VEHICLE, path, "--from", "70")
+    assert isinstance(done.exception, InputError)
+    assert f"rejected: {path}: 0 rows" in done.stderr
 
 
 def test_a_check_is_remembered_until_something_that_it_depends_on_changes(table, monkeypatch, tmp_path):

@@ -20,7 +20,8 @@ ACCEPT, ACCEPTED = "accept", "accepted"
 
 def accepting(flight: Flight, codes: Iterable[str]) -> Flight:
     """The flight with these codes accepted beside those that its metadata accept already."""
-    return Flight(flight.table, {**flight.meta, ACCEPT: sorted({*codes, *accepted_codes(flight)})})
+    every = sorted({*codes, *accepted_codes(flight)})
+    return Flight(flight.table, {**flight.meta, ACCEPT: every}) if every else flight
 
 
 def accepted_codes(flight: Flight) -> frozenset[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import pandas as pd
 
@@ -12,6 +13,7 @@ from infotraj.checking.acceptance import ACCEPT, ACCEPTED, accepted_codes, marke
 from infotraj.checking.cleaning import cleaned
 from infotraj.checking.finding import Finding, usable_spans
 from infotraj.checking.identical import content_hash, copy_finding
+from infotraj.checking.pooled import agreed, mapping_key
 from infotraj.checking.remembered import remembered
 from infotraj.checking.whole import Check, examine
 from infotraj.errors import InputError, problem
@@ -27,18 +29,32 @@ def checked(
     start, stop: s, the part that is used, and the only one that is looked at. InputError where it holds no rows. What
     was checked before is remembered (see `remembered`).
     """
-    return with_copies(flights, [_checked(_part(f, start, stop), vehicle) for f in flights])
+    parts = [_plain(part(f, start, stop)) for f in flights]
+    keys = [_key(f, vehicle) for f in parts]
+    checks = [remembered(key, lambda f=f: examine(f, vehicle)) for key, f in zip(keys, parts, strict=True)]
+    if len(parts) > 1:
+        checks = remembered(
+            ("together", *keys),
+            lambda: agreed(checks, [mapping_key(f) for f in parts], lambda k, judge: examine(parts[k], vehicle, judge)),
+        )
+    return with_copies(flights, [_overruled(c, f) for c, f in zip(checks, flights, strict=True)])
 
 
-def _checked(flight: Flight, vehicle: Vehicle) -> Check:
-    accepted = accepted_codes(flight)
-    meta = {k: v for k, v in flight.meta.items() if k not in (ACCEPT, ACCEPTED, "source")}
-    plain = Flight(flight.table, {**meta, "source": flight.meta.get("source", "flight")})
+def _plain(flight: Flight) -> Flight:
+    """The flight without what its user says of its findings: they are marked when they are known."""
+    return Flight(flight.table, {k: v for k, v in flight.meta.items() if k not in (ACCEPT, ACCEPTED)})
+
+
+def _key(flight: Flight, vehicle: Vehicle) -> tuple[Any, ...]:
     rows = pd.util.hash_pandas_object(flight.table, index=False).to_numpy().tobytes()
     content = hashlib.sha256(rows).hexdigest()
-    key = (content, list(flight.table.columns), meta, vehicle.model_dump_json())
-    check = remembered(key, lambda: examine(plain, vehicle))
-    findings = marked(check.findings, accepted)
+    # Not where the flight lies: neither what is found nor how is said by its path.
+    meta = {k: v for k, v in flight.meta.items() if k != "source"}
+    return content, list(flight.table.columns), meta, vehicle.model_dump_json()
+
+
+def _overruled(check: Check, flight: Flight) -> Check:
+    findings = marked(check.findings, accepted_codes(flight))
     usable = usable_spans(check.start, check.stop, findings)
     return replace(check, source=str(flight.meta.get("source", "flight")), findings=findings, usable=usable)
 
@@ -82,7 +98,8 @@ def rejection(source: str, finding: Finding) -> str:
     )
 
 
-def _part(flight: Flight, start: float | None, stop: float | None) -> Flight:
+def part(flight: Flight, start: float | None, stop: float | None) -> Flight:
+    """The rows with start <= t < stop (s), None for no limit. InputError where there are fewer than two."""
     if start is None and stop is None:
         return flight
     inside = flight.t >= (-float("inf") if start is None else start)

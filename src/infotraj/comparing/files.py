@@ -14,7 +14,7 @@ import click
 
 from infotraj.checking.acceptance import accepting
 from infotraj.checking.admission import admitted as let_in
-from infotraj.checking.admission import checked
+from infotraj.checking.admission import checked, part
 from infotraj.checking.codes import known, unmet
 from infotraj.errors import InfotrajError, InputError, UsageError, problem
 from infotraj.flight import Flight, read_flight, stepped
@@ -56,6 +56,7 @@ def admitted(
     for path in paths:
         try:
             flight = accepting(read_flight(path), overruled)
+            part(flight, start, stop)
             read.append(flight if command_steps is None else stepped(flight, command_steps))
         except InputError as error:
             rejected += _named(error)

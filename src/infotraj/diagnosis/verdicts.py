@@ -149,7 +149,7 @@ class Judge:
                     e if other is m else self._against(out, fitted),
                     values_of(other),
                     self._numbers(fitted, other),
-                    reason,
+                    "; ".join([reason, *self._ends(fitted, other)]),
                 )
                 for other, fitted in zip(apart.members, apart.fits, strict=True)
             ]
@@ -157,6 +157,11 @@ class Judge:
         own = (m.candidate.name,) if verdict in (None, "Plausible") else names
         numbers = self._numbers(whole, m)
         return [Finding(m.candidate.name, verdict or "Supported", own, e, values_of(m), numbers, reason)]
+
+    def _ends(self, made: Fit, m: Member) -> list[str]:
+        """That a member's numbers end at a bound in this fit; empty where they do not."""
+        ended = beyond_bounds(made.members, self.search.observation.vehicle)
+        return [ended[m.candidate.label]] if m.candidate.label in ended else []
 
     def _doubt(self, m: Member, e: Evidence, explained: float) -> tuple[str | None, str]:
         """Why a member of the model is not named with confidence: verdict and reason, (None, "") where it is.
