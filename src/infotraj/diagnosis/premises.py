@@ -24,7 +24,6 @@ from infotraj.diagnosis.candidates import Candidate
 from infotraj.diagnosis.doubt import Doubt, as_accepted, reached, refused_axes
 from infotraj.dynamics.inputs import input_columns
 from infotraj.effects.channels import tilt_columns
-from infotraj.errors import InputError, problem
 from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
 from infotraj.models import Model
 from infotraj.rotations import Array
