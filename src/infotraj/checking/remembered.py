@@ -20,7 +20,7 @@ import infotraj
 
 VARIABLE = "INFOTRAJ_CACHE"
 _MOST = 500  # entries that are kept
-_CODE = ("checking", "flight.py", "rotations.py", "vehicle.py")
+_CODE = ("checking", "dynamics", "flight.py", "rotations.py", "vehicle.py")
 
 
 def remembered(parts: Iterable[Any], make: Callable[[], Any]) -> Any:
