@@ -16,7 +16,7 @@ from infotraj.importing.channels import CHANNELS
 from infotraj.importing.table_format import TableFormat, require_pattern
 from infotraj.importing.units import UNITS
 
-Kind = Literal["rosbag", "ulog", "crazyflie", "table"]
+Kind = Literal["rosbag", "ulog", "crazyflie", "table", "blackbox", "dataflash"]
 
 
 class TimeMap(Strict):
@@ -99,7 +99,7 @@ class Mapping(Strict):
 
     name: str
     description: str = ""
-    reads: Names = Field(description="kinds of log: rosbag, ulog, crazyflie, table")
+    reads: Names = Field(description="kinds of log: rosbag, ulog, crazyflie, blackbox, dataflash, table")
     automatic: bool = Field(True, description="may be chosen by looking at the log")
     requires: Requires = Requires()
     world: Axes = "ENU"

@@ -11,6 +11,7 @@ import numpy as np
 
 from infotraj.flight import sha256
 from infotraj.importing import convert, resample
+from infotraj.importing.blackbox import split_number
 from infotraj.importing.channels import CHANNELS
 from infotraj.importing.mapping import Mapping
 from infotraj.importing.settings import settings_text
@@ -84,6 +85,7 @@ def table_metadata(
 
 def content_hash(path: Path) -> str:
     """sha256 of a file; of a folder, over the names and hashes of its files in order."""
+    path, _ = split_number(path)
     if path.is_file():
         return sha256(path)
     lines = [f"{f.relative_to(path)} {sha256(f)}" for f in sorted(path.rglob("*")) if f.is_file()]

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from infotraj.errors import InputError, problem
+from infotraj.importing.blackbox import BlackboxLog, split_number
+from infotraj.importing.blackbox_header import MAGIC as BLACKBOX
 from infotraj.importing.crazyflie import MAGIC, CrazyflieLog
 from infotraj.importing.log import Log
 from infotraj.importing.rosbag import RosBag
@@ -12,22 +14,26 @@ from infotraj.importing.table import TableFile
 from infotraj.importing.table_format import TableFormat
 from infotraj.importing.ulog import ULogFile
 
-_KINDS = "a bag (.bag, .mcap, .db3 or a bag's folder), a ULog (.ulg), a Crazyflie micro-SD log, CSV or Parquet"
+_KINDS = "a bag (.bag, .mcap, .db3 or a bag's folder), a ULog (.ulg), a Crazyflie micro-SD log, a blackbox or DataFlash log, \
+CSV or Parquet"
 _TEXT_SUFFIXES = {".csv", ".tsv", ".txt", ".dat", ".log", ""}
 _BINARY_SUFFIXES = {".bag": "rosbag", ".mcap": "rosbag", ".db3": "rosbag", ".ulg": "ulog", ".parquet": "table"}
 _SAID = {
     "rosbag": "a ROS bag (ROS 1, MCAP or sqlite, as the name says)",
     "ulog": "a ULog",
     "crazyflie": "a Crazyflie micro-SD log",
+    "blackbox": "a blackbox log of Betaflight, Cleanflight or INAV",
+    "dataflash": "an ArduPilot DataFlash log",
     "table": "a table (CSV or Parquet, as the name says)",
 }
 
 
 def kind_of(path: Path) -> str:
-    """'rosbag', 'ulog', 'crazyflie' or 'table'. InputError where it is none, or not what its name says."""
+    """'rosbag', 'ulog', 'blackbox' and so on (`mapping.Kind`). InputError where it is none, or not what its name says."""
     if path.is_dir():
         bag_folder(path)
         return "rosbag"
+    path, number = split_number(path)
     if not path.is_file():
         raise InputError(problem(f"{path}: no such file", _KINDS, "Check the path."))
     try:
@@ -43,6 +49,8 @@ def kind_of(path: Path) -> str:
         what = _SAID.get(found or "", "text" if _is_text(head) else "bytes of no known format")
         remedy = "Rename it by what it holds." if found else "Check how it was made, and copied."
         raise InputError(problem(f"{path}: holds {what}", _SAID[named] if named else _KINDS, remedy))
+    if number is not None and found != "blackbox":
+        raise InputError(problem(f"{path}#{number}: {_SAID[found]} holds one log", str(path), "Leave the number out."))
     return found
 
 
@@ -61,6 +69,8 @@ def open_log(
         return ULogFile(path, ulog_topics, allow_damaged)
     if kind == "crazyflie":
         return CrazyflieLog(path, allow_damaged)
+    if kind == "blackbox":
+        return BlackboxLog(path, allow_damaged)
     return TableFile(path, allow_damaged, layout)
 
 
@@ -86,6 +96,8 @@ def _by_content(head: bytes, path: Path) -> str | None:
         return "ulog"
     if head.startswith(b"PAR1") and path.suffix == ".parquet":
         return "table"
+    if head.startswith(BLACKBOX):
+        return "blackbox"
     if head[0] == MAGIC:
         return "crazyflie"
     if _is_text(head) and path.suffix.lower() in _TEXT_SUFFIXES:
