@@ -18,7 +18,6 @@ from infotraj.rotations import Array
 
 _EXPECTED = "a blackbox log of Betaflight, Cleanflight or INAV"
 _REMEDY = "Copy it again from the flight controller."
-_NONE: tuple[str, ...] = ()
 _SHOWN = 12
 
 
@@ -46,14 +45,14 @@ class BlackboxLog:
         self.path, self.notes = path, []
         with reading(path, _EXPECTED, _REMEDY):
             data = file.read_bytes()
-            starts = [k for k in _places(data, MAGIC)]
+            starts = list(_places(data, MAGIC))
             parts = [data[a:b] for a, b in zip(starts, [*starts[1:], len(data)], strict=True)]
             if not parts:
                 raise ValueError("no log header in it")
             number = _only(path, parts) if number is None else number
             if not 1 <= number <= len(parts):
                 raise ValueError(f"it holds {len(parts)} log{'s' if len(parts) != 1 else ''}, no number {number}")
-            header, main, slow, counts = _decoded(parts[number - 1])
+            header, main, slow, counts, _ = _decoded(parts[number - 1])
         from infotraj.importing.blackbox_frames import DAMAGED, ENDED, SKIPPED
 
         damage = int(counts[DAMAGED] + counts[SKIPPED])
@@ -115,21 +114,21 @@ def _places(data: bytes, wanted: bytes) -> Any:
         place = data.find(wanted, place + 1)
 
 
-def _decoded(part: bytes) -> tuple[Header, Any, Any, Any]:
+def _decoded(part: bytes) -> tuple[Header, Any, Any, Any, Any]:
     from infotraj.importing.blackbox_frames import decode
 
     header, start = parse_header(part)
     motors = [k for k, name in enumerate(header.names["I"]) if name == "motor[0]"]
     known = [header.number(n) for n in ("minthrottle", "vbatref", "motorOutput")] + [motors[0] if motors else -1, 0]
     interval = [max(header.number("I interval", 1.0), 1.0), *_every(header.values.get("P interval", "1/1"))]
-    main, slow, _, _, counts = decode(
+    main, slow, _, events, counts = decode(
         np.frombuffer(part, dtype=np.uint8)[start:],
         *(header.coding[kind] for kind in "IPSGH"),
         np.array(known, dtype=np.int64),
         np.array(interval, dtype=np.int64),
         int(header.number("Data version", 2.0)),
     )
-    return header, main, slow, counts
+    return header, main, slow, counts, events
 
 
 def _every(text: str) -> tuple[int, int]:
@@ -149,7 +148,7 @@ def _only(path: Path, parts: list[bytes]) -> int:
     lasting = {}
     for k, part in enumerate(parts):
         try:
-            header, main, _, _ = _decoded(part)
+            header, main, _, _, _ = _decoded(part)
         except ValueError:
             continue
         if len(main) > 1:

@@ -14,8 +14,10 @@ from infotraj.importing.table import TableFile
 from infotraj.importing.table_format import TableFormat
 from infotraj.importing.ulog import ULogFile
 
-_KINDS = "a bag (.bag, .mcap, .db3 or a bag's folder), a ULog (.ulg), a Crazyflie micro-SD log, a blackbox or DataFlash log, \
+_KINDS = (
+    "a bag (.bag, .mcap, .db3 or a bag's folder), a ULog (.ulg), a Crazyflie micro-SD log, a blackbox or DataFlash log, \
 CSV or Parquet"
+)
 _TEXT_SUFFIXES = {".csv", ".tsv", ".txt", ".dat", ".log", ""}
 _BINARY_SUFFIXES = {".bag": "rosbag", ".mcap": "rosbag", ".db3": "rosbag", ".ulg": "ulog", ".parquet": "table"}
 _SAID = {
