@@ -33,9 +33,9 @@ class BlackboxLog:
     """One log of a blackbox file.
 
     Topic `main`: time (us) and every field of the main frames as logged, but gyroADC and gyroUnfilt in deg/s, accSmooth
-    in g and vbatLatest in V by the header; `throttle[k]` (0..1) is motor[k], `rpm[k]` the rotor's turns from eRPM[k] and
-    the header's motor poles, `attitude[k]` the quaternion w x y z whose x y z are imuQuaternion. Topic `slow`: the slow
-    frames, and `armed`, at the time of the main frame that follows.
+    in g and vbatLatest in V by the header; `throttle[k]` (0..1) is motor[k], `rpm[k]` the rotor's turns from eRPM[k]
+    and the header's motor poles, `attitude[k]` the quaternion w x y z whose x y z are imuQuaternion. Topic `slow`: the
+    slow frames, and `armed`, at the time of the main frame that follows.
     """
 
     kind = "blackbox"

@@ -142,7 +142,7 @@ def coded(data: Any, place: Any, encoding: Any, version: int, out: Any) -> bool:
                 tag = byte(data, place)
                 for j in range(step):
                     out[k + j] = signed(data, place) if tag >> j & 1 else 0
-        elif kind == TAG2_3S32 or kind == TAG2_3SVARIABLE:
+        elif kind in (TAG2_3S32, TAG2_3SVARIABLE):
             three(data, place, out[k:], kind == TAG2_3SVARIABLE)
             step = 3
         elif kind == TAG8_4S16:

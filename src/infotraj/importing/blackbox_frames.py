@@ -115,7 +115,7 @@ def grown(rows: Any, used: int) -> Any:
 @njit(cache=True)
 def begins(code: int) -> bool:
     """True for a byte that begins a frame."""
-    return code == _I or code == _P or code == _S or code == _G or code == _H or code == _E
+    return code in (_I, _P, _S, _G, _H, _E)
 
 
 @njit(cache=True)
@@ -195,13 +195,13 @@ def decode(
         if not complete:
             if not in_ruin:
                 counts[DAMAGED] += 1
-                resumable = in_step and (code == _S or code == _G or code == _H or code == _E)
+                resumable = in_step and code in (_S, _G, _H, _E)
             in_step, in_ruin = False, True
             place[0], place[1] = start + 1, 0
             continue
         if in_ruin:
             in_ruin, in_step = False, resumable
-        if code == _I or code == _P:
+        if code in (_I, _P):
             # both count in 32 bits; the time starts again after 71 minutes
             believable = iteration < 0 or (
                 (current[0] - iteration) & 0xFFFFFFFF < LEAP and (current[1] - time) & 0xFFFFFFFF < LEAP_US

@@ -8,6 +8,7 @@ from infotraj.errors import InputError, problem
 from infotraj.importing.blackbox import BlackboxLog, split_number
 from infotraj.importing.blackbox_header import MAGIC as BLACKBOX
 from infotraj.importing.crazyflie import MAGIC, CrazyflieLog
+from infotraj.importing.dataflash import DataFlashLog
 from infotraj.importing.log import Log
 from infotraj.importing.rosbag import RosBag
 from infotraj.importing.table import TableFile
@@ -15,8 +16,8 @@ from infotraj.importing.table_format import TableFormat
 from infotraj.importing.ulog import ULogFile
 
 _KINDS = (
-    "a bag (.bag, .mcap, .db3 or a bag's folder), a ULog (.ulg), a Crazyflie micro-SD log, a blackbox or DataFlash log, \
-CSV or Parquet"
+    "a bag (.bag, .mcap, .db3 or a bag's folder), a ULog (.ulg), a Crazyflie micro-SD log, "
+    "a blackbox (.bbl) or DataFlash (.bin) log, CSV or Parquet"
 )
 _TEXT_SUFFIXES = {".csv", ".tsv", ".txt", ".dat", ".log", ""}
 _BINARY_SUFFIXES = {".bag": "rosbag", ".mcap": "rosbag", ".db3": "rosbag", ".ulg": "ulog", ".parquet": "table"}
@@ -31,7 +32,7 @@ _SAID = {
 
 
 def kind_of(path: Path) -> str:
-    """'rosbag', 'ulog', 'blackbox' and so on (`mapping.Kind`). InputError where it is none, or not what its name says."""
+    """'rosbag', 'ulog', .. (`mapping.Kind`). InputError where it is none, or not what its name says."""
     if path.is_dir():
         bag_folder(path)
         return "rosbag"
@@ -73,6 +74,8 @@ def open_log(
         return CrazyflieLog(path, allow_damaged)
     if kind == "blackbox":
         return BlackboxLog(path, allow_damaged)
+    if kind == "dataflash":
+        return DataFlashLog(path, allow_damaged)
     return TableFile(path, allow_damaged, layout)
 
 
@@ -100,6 +103,9 @@ def _by_content(head: bytes, path: Path) -> str | None:
         return "table"
     if head.startswith(BLACKBOX):
         return "blackbox"
+    # The first line of a DataFlash log as text describes the lines that describe the others.
+    if head.startswith((b"\xa3\x95", b"FMT, 128, 89, FMT")):
+        return "dataflash"
     if head[0] == MAGIC:
         return "crazyflie"
     if _is_text(head) and path.suffix.lower() in _TEXT_SUFFIXES:
