@@ -65,6 +65,9 @@ class ChannelMap(Strict):
     gravity_removed: bool = Field(False, description="specific_force only: the log holds acceleration without gravity")
     count: str | None = Field(None, description="field that says how many of the `*` are in use")
     resample: Resample | None = Field(None, description="default: the channel's rule")
+    states: dict[int, Literal[0, 1] | None] | None = Field(
+        None, description="airborne only: number in the log: 1 in the air, 0 not, null says nothing; others are skipped"
+    )
 
     @model_validator(mode="after")
     def _consistent(self) -> ChannelMap:
@@ -106,6 +109,10 @@ def check_channel(name: str, mapped: ChannelMap) -> None:
         raise ValueError(f"{name}: it has no axes, so no `world` or `body`")
     if mapped.absolute and not channel.numbered:
         raise ValueError(f"{name}: `absolute` is for rotors and tilts only")
+    if mapped.states is not None and name != "airborne":
+        raise ValueError(f"{name}: `states` is for airborne only")
+    if mapped.states is not None and (mapped.unit is not None or mapped.scale != 1.0 or mapped.offset != 0.0):
+        raise ValueError(f"{name}: `states` says what the numbers mean; unit, scale and offset have no place beside it")
     if mapped.resample == "slerp" and not attitude:
         raise ValueError(f"{name}: slerp is for attitudes only")
     if mapped.resample in ("linear", "mean") and attitude:

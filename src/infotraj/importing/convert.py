@@ -10,6 +10,7 @@ from infotraj import rotations
 from infotraj.errors import InputError, problem
 from infotraj.importing.channel_map import Axes, ChannelMap, dimension_of, frame_matrix, unit_of
 from infotraj.importing.channels import CHANNELS
+from infotraj.importing.flags import as_flags
 from infotraj.importing.frames import axes_matrix, rotate_attitudes, rotate_vectors
 from infotraj.importing.log import Samples
 from infotraj.importing.mapping import Mapping, StreamMap
@@ -21,6 +22,8 @@ def channel_values(name: str, mapped: ChannelMap, stream: StreamMap, mapping: Ma
     """One channel's samples (n, columns) in SI and in the table's axes, but vectors still `expressed_in` as logged."""
     channel = CHANNELS[name]
     raw = _stack(mapped, samples)
+    if mapped.states is not None:
+        return as_flags(raw, mapped.states)
     factor, zero = conversion(dimension_of(name, mapped), unit_of(name, mapped))
     values = _combined(name, mapped, _affine(raw, factor, zero))
     if mapped.absolute:

@@ -13,6 +13,7 @@ from infotraj.flight import Flight
 from infotraj.importing import clock, derive, resample
 from infotraj.importing.again import leave_derived, own_metadata, with_own_metadata
 from infotraj.importing.channels import CHANNELS, Resample
+from infotraj.importing.flags import in_the_air
 from infotraj.importing.mapping import Mapping
 from infotraj.importing.metadata import channel_origin, content_hash, table_metadata
 from infotraj.importing.plausible import require_plausible
@@ -76,6 +77,10 @@ def to_flight(
             continue
         stream = tidied[feed.stream.name]
         data, how = _on_rows(channel_name, stream, t)
+        if channel_name == "airborne":
+            flags = [tidied[f.stream.name] for f in read.plan.feeds if channel_name in f.used]
+            data = in_the_air([_on_rows(channel_name, s, t)[0] for s in flags])
+            how |= {"rows_without": int(np.isnan(data).sum()), "flags": [s.topic for s in flags]}
         if not np.isfinite(data).any():
             notes.append(
                 f"{channel_name} left out: {feed.topic.name} has no number in it between the first and last row"

@@ -1,7 +1,8 @@
 """From a mapping to the topics of this log: which topic feeds which channel, by rules that are stated and noted.
 
-Of several topics that fit a stream, in this order: the mapping's own order of names, its `prefer` list, most messages,
-first in the alphabet. A channel comes from the first stream, in the mapping's order, that carries all of its fields.
+Of several topics that fit a stream, in this order: the mapping's own order of names, its `prefer` list, for motors
+those that change at all, most messages, first in the alphabet. A channel comes from the first stream, in the mapping's
+order, that carries all of its fields.
 """
 
 from __future__ import annotations
@@ -11,9 +12,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from infotraj.errors import InputError, UsageError, problem
+from infotraj.importing.channel_map import ChannelMap
 from infotraj.importing.channels import CHANNELS
 from infotraj.importing.log import Log, Topic
-from infotraj.importing.mapping import ChannelMap, Mapping, StreamMap, TimeMap
+from infotraj.importing.mapping import Mapping, StreamMap, TimeMap
+from infotraj.importing.moving import changes, numbered_fields
 
 _DEFAULT_TIME = {
     "rosbag": TimeMap(fields=("header.stamp", "record")),
@@ -77,7 +80,8 @@ def plan(log: Log, mapping: Mapping) -> Plan:
             spares += found[1:]
     taken: set[str] = set()
     for feed in feeds:
-        feed.used = [c for c in feed.channels if c not in taken]
+        # every flag counts: the vehicle flies where none of them says that it does not
+        feed.used = [c for c in feed.channels if c not in taken or c == "airborne"]
         taken.update(feed.used)
     return Plan(mapping, feeds, notes, spares)
 
@@ -130,6 +134,7 @@ def _find(log: Log, mapping: Mapping, stream: StreamMap, notes: list[str]) -> li
     if not fitting:
         return []
     fitting.sort(key=lambda entry: entry[0])
+    _still_last(log, stream, fitting, notes)
     if len(fitting) > 1:
         others = ", ".join(label(t) for _, t, _ in fitting[1:])
         chosen = label(fitting[0][1])
@@ -139,6 +144,18 @@ def _find(log: Log, mapping: Mapping, stream: StreamMap, notes: list[str]) -> li
         own = stream if k == 0 else stream.model_copy(update={"name": f"{stream.name} of {label(topic)}"})
         feeds.append(Feed(own, topic, _time(log, mapping, stream, topic), channels))
     return feeds
+
+
+def _still_last(log: Log, stream: StreamMap, fitting: list[Any], notes: list[str]) -> None:
+    """Puts the first topic of motors that changes before those that never do, among topics that else rank alike."""
+    alike = [entry for entry in fitting if entry[0][:2] == fitting[0][0][:2]]
+    if len(alike) < 2 or not numbered_fields(alike[0][2]):
+        return
+    moves = next((e for e in alike if changes(log, e[1], numbered_fields(e[2]))), None)
+    if moves is not None and moves is not fitting[0]:
+        notes.append(f"{stream.name}: {label(fitting[0][1])} never changes; {label(moves[1])} does")
+        fitting.remove(moves)
+        fitting.insert(0, moves)
 
 
 def _rank(stream: StreamMap, topic: Topic) -> tuple[int, int, int, int, str] | None:
