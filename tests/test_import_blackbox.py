@@ -9,11 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from flights_made import made_flight
+from writers_blackbox import blackbox_bytes
 
 from infotraj import rotations
 from infotraj.cli import cli
 from infotraj.datasets.location import find_dataset
 from infotraj.errors import InputError
+from infotraj.flight import Flight
 from infotraj.importing import import_log
 from infotraj.importing.blackbox import BlackboxLog
 from infotraj.importing.blackbox_frames import AVERAGE
@@ -246,3 +249,20 @@ def test_units_come_from_the_header(tmp_path: Path) -> None:
     unknown = imported(acc_1G=b"acc_2G:4096")
     assert not unknown.has("az")
     assert any("accSmooth left out" in note for note in unknown.meta["notes"])
+
+
+def test_a_written_log_comes_back_through_every_encoding(tmp_path: Path) -> None:
+    flight = made_flight(3.0)
+    names = [c for c in flight.table if c.startswith("cmd_rotor_")]
+    flight = Flight(flight.table.assign(**{c: flight.table[c] / 1000.0 for c in names}), {})
+    path = tmp_path / "quad.bbl"
+    path.write_bytes(blackbox_bytes(flight))
+    found = import_log(path)
+    np.testing.assert_allclose(found.t, flight.t + 3.0, atol=1e-9)
+    np.testing.assert_allclose(found.get("wx", "wy", "wz"), flight.get("wx", "wy", "wz"), atol=np.radians(0.5001))
+    np.testing.assert_allclose(found.get("ax", "ay", "az"), flight.get("ax", "ay", "az"), atol=0.5001 * 9.80665 / 2048)
+    np.testing.assert_allclose(found.numbered("cmd_rotor_"), flight.numbered("cmd_rotor_"), atol=0.5001 / 1999)
+    turns = flight.numbered("cmd_rotor_") * 10_000 * np.pi / 30
+    np.testing.assert_allclose(found.numbered("rotor_"), turns, atol=0.5001 * 100 / 7 * np.pi / 30)
+    np.testing.assert_allclose(found.get("battery"), flight.get("battery"), atol=0.005001)
+    assert found.meta["notes"] == []

@@ -39,6 +39,22 @@ float64 z
 float64 w
 """
 
+RIGID = {
+    "name": "rigid",
+    "reads": ["rosbag"],
+    "time": {"fields": "micros", "unit": "us"},
+    "streams": [
+        {
+            "name": "rigid",
+            "topic": "/rigid",
+            "channels": {
+                "position": {"fields": ["xyz[0]", "xyz[1]", "xyz[2]"]},
+                "attitude": {"fields": ["xyzw[0]", "xyzw[1]", "xyzw[2]", "xyzw[3]"], "order": "xyzw"},
+            },
+        }
+    ],
+}
+
 
 def _fields(**fields: bytes) -> bytes:
     out = b"".join(struct.pack("<I", len(k) + 1 + len(v)) + k.encode() + b"=" + v for k, v in fields.items())
@@ -136,23 +152,7 @@ def test_mcap_by_hand_with_a_type_of_its_own(tmp_path: Path) -> None:
     flight = made_flight(2.0)
     path = tmp_path / "hand.mcap"
     path.write_bytes(mcap_bytes(_poses(flight, 7_000_000_000), "uint64 micros\nfloat32[3] xyz\nfloat32[4] xyzw"))
-    mapping = parse_mapping(
-        {
-            "name": "rigid",
-            "reads": ["rosbag"],
-            "time": {"fields": "micros", "unit": "us"},
-            "streams": [
-                {
-                    "name": "rigid",
-                    "topic": "/rigid",
-                    "channels": {
-                        "position": {"fields": ["xyz[0]", "xyz[1]", "xyz[2]"]},
-                        "attitude": {"fields": ["xyzw[0]", "xyzw[1]", "xyzw[2]", "xyzw[3]"], "order": "xyzw"},
-                    },
-                }
-            ],
-        }
-    )
+    mapping = parse_mapping(RIGID)
     found = import_log(path, mapping)
     np.testing.assert_allclose(found.t, flight.t + 7.0, atol=1e-9)
     np.testing.assert_allclose(found.get("px", "py", "pz"), flight.get("px", "py", "pz"), atol=2e-7)
