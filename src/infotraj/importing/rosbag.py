@@ -132,9 +132,24 @@ class RosBag:
             embedded = next(c.msgdef for group in self._connections.values() for c in group if c.msgtype == name)
             with reading(self.path, f"a definition of {name} that can be read", "Give one with --definitions."):
                 self._stores[name] = self._definitions.store(name, embedded)
+            if name.startswith("px4_msgs/") and self._stores[name] is not None and not self._fits(name):
+                self._stores[name] = None
             if self._stores[name] is None:
-                self.notes.append(f"{name}: no definition in the bag; give one with --definitions to read its topics")
+                self.notes.append(
+                    f"{name}: no definition in the bag that fits; give one with --definitions to read its topics"
+                )
         return self._stores[name]
+
+    def _fits(self, name: str) -> bool:
+        """True where the first message can be read: px4_msgs differ between releases, and those shipped are of one."""
+        own = [c for group in self._connections.values() for c in group if c.msgtype == name]
+        for connection, _, raw in self._reader.messages(connections=own):
+            try:
+                self._decode(raw, connection.msgtype)
+            except InputError:
+                return False
+            return True
+        return True
 
 
 def _length(value: Any) -> int:

@@ -18,6 +18,9 @@ from infotraj.rotations import Array
 
 _EXPECTED = "a ULog file"
 _REMEDY = "Copy it again from the vehicle."
+_COMMANDS = ("actuator_motors", "actuator_outputs")
+# Speeds follow their commands within 20 to 50 ms; commands held for longer than that do not tell the thrust.
+_ROTOR_S = 0.025
 
 
 class ULogFile:
@@ -52,6 +55,7 @@ class ULogFile:
                     )
                 )
             self.notes.append(f"the file {what}; what is left was imported")
+        self.notes += [note for topic in self.topics for note in _slow(topic, self._data[topic.name, topic.instance])]
         if log.dropouts:
             lost = sum(d.duration for d in log.dropouts) / 1000.0
             self.notes.append(f"{len(log.dropouts)} logging dropouts, {lost:.2f} s in all")
@@ -80,6 +84,19 @@ class ULogFile:
             times = {t: data[t].astype(np.int64) for t in request.times}
             found.append(Samples(None, times, numbers))
         return found
+
+
+def _slow(topic: Topic, data: dict[str, Any]) -> list[str]:
+    """A note where commands are logged more slowly than rotors answer them."""
+    if topic.name not in _COMMANDS or topic.instance or len(data["timestamp"]) < 3:
+        return []
+    period = float(np.median(np.diff(data["timestamp"].astype(np.int64)))) / 1e6
+    if period <= _ROTOR_S:
+        return []
+    return [
+        f"{topic.name} is logged every {period * 1e3:.0f} ms, more slowly than rotors answer: questions of force and "
+        "torque stay open; set bit 4 of SDLOG_PROFILE (high rate)"
+    ]
 
 
 def _starred(data: dict[str, Any], name: str) -> Array:
