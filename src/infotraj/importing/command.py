@@ -62,7 +62,7 @@ def import_command(
     quiet: bool,
     verbose: bool,
 ) -> None:
-    """Turn LOG (ROS 1 or 2 bag, MCAP, ULog, Crazyflie, CSV, Parquet) into a flight table."""
+    """Turn LOG (ROS 1 or 2 bag, MCAP, ULog, ArduPilot, blackbox, Crazyflie, CSV, Parquet) into a flight table."""
     targets = _targets(logs, output, explain)
     _require_fixable(logs, output, fix, mapping_file, allow_damaged or bool(beside))
     if beside and len(logs) > 1:
