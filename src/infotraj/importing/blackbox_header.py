@@ -26,9 +26,10 @@ class Header:
         """A number, or one of several with commas; `default` where the header has none."""
         parts = self.values.get(name, "").split(",")
         try:
-            return float(int(parts[part], 0)) if part < len(parts) else default
+            found = int(parts[part], 0) if part < len(parts) else default
         except ValueError:
             return default
+        return float(found) if abs(found) < 2**32 else default
 
     @property
     def firmware(self) -> tuple[str, tuple[int, ...]]:
