@@ -96,6 +96,24 @@ def test_a_written_copter_log_comes_back(tmp_path: Path, text: bool) -> None:
     assert found.table["battery"].dropna().between(10, 20).all()
 
 
+@pytest.mark.parametrize(
+    ("pulses", "low", "high"),
+    [
+        ({"MOT_PWM_MIN": 0.0, "MOT_PWM_MAX": 0.0, "RC3_MIN": 1100.0, "RC3_MAX": 1900.0}, 1100.0, 1900.0),
+        ({"MOT_PWM_MIN": 0.0, "MOT_PWM_MAX": 0.0}, 1000.0, 2000.0),
+        ({"Q_M_PWM_MIN": 1000.0, "Q_M_PWM_MAX": 1900.0}, 1000.0, 1900.0),
+    ],
+)
+def test_pulses_are_scaled_by_the_parameters_that_count(
+    tmp_path: Path, pulses: dict[str, float], low: float, high: float
+) -> None:
+    flight = _throttled(1.0)
+    path = tmp_path / "flight.BIN"
+    path.write_bytes(dataflash_bytes(flight, pulses=pulses))
+    wanted = (1100 + 800 * flight.numbered("cmd_rotor_") - low) / (high - low)
+    np.testing.assert_allclose(import_log(path).numbered("cmd_rotor_"), wanted, atol=0.51 / (high - low))
+
+
 def test_outputs_that_no_parameter_calls_motors_are_left_out_with_a_note(tmp_path: Path) -> None:
     path = tmp_path / "flight.BIN"
     path.write_bytes(dataflash_bytes(_throttled(1.0), functions=(33, 34, 70, 71)))

@@ -31,6 +31,7 @@ def messages(
     functions: tuple[int, ...] = (36, 33, 34, 35),
     events: tuple[tuple[float, int, int], ...] = (),
     second_imu_off: float | None = None,
+    pulses: dict[str, float] | None = None,
 ) -> Iterator[tuple[int, list[Any]]]:
     """(kind, values) of every message; `functions` are the outputs', `events` (s, kind, value)."""
     for kind, (name, letters, columns) in _FORMATS.items():
@@ -38,7 +39,8 @@ def messages(
     yield 138, [1, 130, "s#EEEooo", "F-000000"]
     for k, function in enumerate(functions):
         yield 129, [1, f"SERVO{k + 1}_FUNCTION", float(function)]
-    yield from ((129, [1, name, value]) for name, value in (("MOT_PWM_MIN", 1100.0), ("MOT_PWM_MAX", 1900.0)))
+    for name, value in (pulses or {"MOT_PWM_MIN": 1100.0, "MOT_PWM_MAX": 1900.0}).items():
+        yield 129, [1, name, value]
     ned = lambda v: [v[1], v[0], -v[2]]  # noqa: E731
     frd = lambda v: [v[0], -v[1], -v[2]]  # noqa: E731
     position, velocity = flight.get("px", "py", "pz"), flight.get("vx", "vy", "vz")
@@ -58,13 +60,13 @@ def messages(
         yield 131, [us, 0.0, roll, 0.0, pitch, 0.0, yaw % 360.0]
         yield 132, [us, 0, *ned(velocity[k]), *ned(position[k])]
         yield 132, [us, 1, *ned(velocity[k]), *(np.array(ned(position[k])) + 1.0)]
-        pulses = [1500] * 4
+        widths = [1500] * 4
         for output, function in enumerate(functions):
             motor = function - 33
             if 0 <= motor < motors.shape[1]:
-                pulses[output] = round(1100 + 800 * motors[k, motor])
+                widths[output] = round(1100 + 800 * motors[k, motor])
                 yield 134, [us, output, 10_000 * motors[k, motor]]
-        yield 133, [us, *pulses]
+        yield 133, [us, *widths]
         if k % 10 == 0:
             yield 135, [us, 0, 16.0 - 0.001 * k]
 

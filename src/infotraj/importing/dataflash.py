@@ -123,10 +123,7 @@ class DataFlashLog:
                 "RCOU not used: no parameters SERVOn_FUNCTION in the log that say which outputs are motors"
             )
             return
-        prefix = "Q_M" if "Q_M_PWM_MAX" in self.parameters else "MOT"
-        low, high = (float(self.parameters.get(f"{prefix}_PWM_{end}", 0.0)) for end in ("MIN", "MAX"))
-        if not 0.0 < low < high:
-            low, high = 1000.0, 2000.0
+        low, high = self._pulses()
         pulses = {int(c[1:]) - 1: v for c, v in first.items() if c[:1] == "C" and c[1:].isdigit()}
         if all(channel in pulses for channel in outputs.values()):
             table = {"TimeUS": first["TimeUS"]}
@@ -135,6 +132,14 @@ class DataFlashLog:
                 pulse = pulses[channel].astype(float)
                 table[f"throttle[{motor}]"] = np.where(pulse > 0, (pulse - low) / (high - low), 0.0)
             self._tables["motors", 0] = table
+
+    def _pulses(self) -> tuple[float, float]:
+        """us at no and at full throttle; where they are 0, older firmware takes those of the pilot's throttle."""
+        for least, most in (("Q_M_PWM_MIN", "Q_M_PWM_MAX"), ("MOT_PWM_MIN", "MOT_PWM_MAX"), ("RC3_MIN", "RC3_MAX")):
+            low, high = (float(self.parameters.get(name, 0.0)) for name in (least, most))
+            if 500.0 <= low < high <= 2500.0:
+                return low, high
+        return 1000.0, 2000.0
 
     def _add_rotors(self) -> None:
         speeds = {k: t for (name, k), t in self._tables.items() if name == "ESC" and "RPM" in t}
@@ -146,7 +151,10 @@ class DataFlashLog:
             }
         speeds = {k: t for k, t in speeds.items() if len(t["TimeUS"])}
         outputs = self._outputs() or {k: k for k in range(len(speeds))}
-        if not speeds or not all(channel in speeds for channel in outputs.values()):
+        if not speeds:
+            return
+        if not all(channel in speeds for channel in outputs.values()):
+            self.notes.append("ESC not used: its numbers are not those of the motors' outputs")
             return
         clock = speeds[outputs[0]]["TimeUS"]
         table: dict[str, Any] = {"TimeUS": clock}
