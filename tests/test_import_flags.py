@@ -126,6 +126,9 @@ def test_flags_together() -> None:
 
 def test_states_are_for_airborne_alone() -> None:
     content = {"name": "m", "reads": "table", "time": {"fields": "t"}}
-    channel = {"battery": {"fields": "v", "states": {0: 1}}}
-    with pytest.raises(UsageError, match="`states` is for airborne only"):
-        parse_mapping({**content, "streams": [{"name": "s", "channels": channel}]})
+    for channel, said in (
+        ({"battery": {"fields": "v", "states": {0: 1}}}, "`states` is for airborne only"),
+        ({"airborne": {"fields": "v", "states": {0: 1}, "scale": 2.0}}, "have no place beside it"),
+    ):
+        with pytest.raises(UsageError, match=said):
+            parse_mapping({**content, "streams": [{"name": "s", "channels": channel}]})
