@@ -246,6 +246,13 @@ def test_units_come_from_the_header(tmp_path: Path) -> None:
     np.testing.assert_allclose(fine.get("az"), plain.get("az") / 2)
     tenth = imported(gyro_scale=b"gyro_scale:0x3f800000\nH blackbox_high_resolution:1")
     np.testing.assert_allclose(tenth.get("wy"), plain.get("wy") / 10)
+    pulses = imported(motorOutput=b"motorOutput:1000,2000")
+    motors = (
+        BlackboxLog(_log("LOG00037.BFL"))._main["motor[1]"] - BlackboxLog(tmp_path / "changed.bfl")._main["motor[1]"]
+    )
+    # The least output is what the file's differences count from; a stopped motor (0) is no negative throttle.
+    assert np.median(motors) == 158 - 1000
+    assert pulses.numbered("cmd_rotor_").min() >= 0.0
     unknown = imported(acc_1G=b"acc_2G:4096")
     assert not unknown.has("az")
     assert any("accSmooth left out" in note for note in unknown.meta["notes"])

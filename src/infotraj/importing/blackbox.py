@@ -192,7 +192,8 @@ def _physical(header: Header, main: dict[str, Any], notes: list[str]) -> dict[st
             out.update({n: main[n] * unit for n in there})
     low, high = (48.0, 2047.0) if header.digital_motors else (1000.0, 2000.0)
     for k, name in enumerate(_counted(main, "motor[*]")):
-        out[f"throttle[{k}]"] = (main[name] - low) / (high - low)
+        # below the range stands 0, and what else stops a motor
+        out[f"throttle[{k}]"] = np.maximum(main[name] - low, 0.0) / (high - low)
     poles = header.number("motor_poles")
     if poles >= 2:
         for k, name in enumerate(_counted(main, "eRPM[*]")):
