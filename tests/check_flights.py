@@ -15,7 +15,7 @@ def _spoiler(error):
     return lambda flight: error.spoil(flight, None, np.random.default_rng(0))
 
 
-# name: (how a flight is spoiled, the codes any of which names the error rightly), of the errors of units, frames and clocks
+# name: (how a flight is spoiled, the codes any of which names the error rightly), for units, frames and clocks
 SPOILED = {
     name: (_spoiler(error), (*error.codes, *(f"or {code}" for code in error.codes)))
     for name, error in INJECTED.items()

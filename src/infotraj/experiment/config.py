@@ -200,6 +200,19 @@ class RealFlights(_Strict):
     )
 
 
+class CheckCorpus(_Strict):
+    """How `check` is measured: flights of many kinds of logs, and known errors put into some of them."""
+
+    real: str = Field(
+        "config/check_corpus.yaml", description="the data sets of real flights, and what is right in them"
+    )
+    base_seed: Annotated[int, Field(ge=0)] = Field(
+        1, description="of the simulated flights; 0 is for finding settings, 1 for reporting"
+    )
+    flights: Count = Field(18, description="simulated flights a source")
+    spoiled: Annotated[int, Field(ge=0)] = Field(4, description="of these, how many get every error put in")
+
+
 class ExperimentConfig(_Strict):
     """Everything that the workflow's rules read."""
 
@@ -230,6 +243,7 @@ class ExperimentConfig(_Strict):
     real_flights: RealFlights = RealFlights()
     hidden_effects: HiddenEffects = HiddenEffects()
     closed_loop: ClosedLoop = ClosedLoop()
+    check_corpus: CheckCorpus = CheckCorpus()
 
 
 def load(content: Mapping[str, object] | None, source: str = "config") -> ExperimentConfig:

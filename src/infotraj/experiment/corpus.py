@@ -7,16 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from fnmatch import fnmatch
 from typing import Literal, Protocol
 
 import numpy as np
 
-from infotraj.checking import Loaded
+from infotraj.checking import Finding, Loaded
 from infotraj.experiment.corpus_flights import RATES, Flown, exact_flight
 from infotraj.experiment.injected_errors import INJECTED
 from infotraj.experiment.kinematic_flights import simulated
 from infotraj.experiment.randomness import generator
-from infotraj.experiment.rough import PROFILES
+from infotraj.experiment.rough import PROFILES, Profile
 from infotraj.flight import Flight
 from infotraj.vehicle import Vehicle
 
@@ -25,16 +26,38 @@ RESTLESS = ("gentle eight", "fast eight", "wander", "steps")  # tasks that turn 
 
 
 @dataclass(frozen=True)
+class Right:
+    """Findings that are right in a log: of these codes (a pattern), where `start` is given none before it (s), and of a
+    clock's lag none outside `lag` (s)."""
+
+    code: str
+    start: float | None = None
+    lag: tuple[float, float] | None = None
+    why: str = ""
+
+    def covers(self, finding: Finding) -> bool:
+        """Whether this finding is one of them."""
+        if not fnmatch(finding.code, self.code):
+            return False
+        if self.start is not None and any(start < self.start - 0.5 for start, _ in finding.spans):
+            return False
+        if self.lag is None:
+            return True
+        low, high = self.lag
+        return low - 0.003 <= float(finding.values.get("lag", np.inf)) <= high + 0.003
+
+
+@dataclass(frozen=True)
 class Log:
-    """A log of the corpus. `true`: codes of findings that are right in it; `moving`: it excites all channels, so that
-    an error put into it can be seen at all."""
+    """A log of the corpus. `right`: findings that are right in it; `moving`: it excites all channels, so that an error
+    put into it can be seen at all."""
 
     source: str
     name: str
     kind: Kind
     loaded: Loaded
     vehicle: Vehicle | None = None
-    true: tuple[str, ...] = ()
+    right: tuple[Right, ...] = ()
     moving: bool = True
 
     @property
@@ -72,7 +95,7 @@ class ExactRecipe:
         flown = exact_flight(self.base_seed, self.number, profile.rates or RATES)
         rng = generator(self.base_seed, "log profile", self.profile, self.number)
         seen = profile.log(flown.flight, flown.vehicle, rng)
-        return _log(self.profile, "rough", Flown(seen, flown.vehicle, flown.task), profile.true)
+        return _log(self.profile, "rough", Flown(seen, flown.vehicle, flown.task), _right(profile))
 
 
 @dataclass(frozen=True)
@@ -126,7 +149,7 @@ class PlantRecipe:
             return Log(self.source, flight.meta["source"], "clean", Loaded(flight), vehicle)
         profile = PROFILES[self.profile]
         seen = profile.log(flight, vehicle, rng)
-        return Log(self.source, flight.meta["source"], "rough", Loaded(seen), vehicle, profile.true)
+        return Log(self.source, flight.meta["source"], "rough", Loaded(seen), vehicle, _right(profile))
 
 
 def simulated_recipes(base_seed: int, each: int) -> list[Recipe]:
@@ -153,6 +176,11 @@ def injected(log: Log, base_seed: int) -> Iterator[tuple[str, Log]]:
             yield name, replace(log, loaded=Loaded(error.spoil(log.flight, log.vehicle, rng)))
 
 
-def _log(source: str, kind: Kind, flown: Flown, true: tuple[str, ...] = ()) -> Log:
+def _right(profile: Profile) -> tuple[Right, ...]:
+    lags = (Right("*_clock_offset", lag=profile.lag),) if any(profile.lag) else ()
+    return (*(Right(code) for code in profile.true), *lags)
+
+
+def _log(source: str, kind: Kind, flown: Flown, right: tuple[Right, ...] = ()) -> Log:
     name = str(flown.flight.meta["source"])
-    return Log(source, name, kind, Loaded(flown.flight), flown.vehicle, true, flown.task in RESTLESS)
+    return Log(source, name, kind, Loaded(flown.flight), flown.vehicle, right, flown.task in RESTLESS)

@@ -24,7 +24,8 @@ Spoil = Callable[[Flight, Vehicle | None, np.random.Generator], Flight]
 
 @dataclass(frozen=True)
 class Injected:
-    """How a log is spoiled, the codes that name it rightly (patterns), the columns that it needs, whether a note is
+    """How a log is spoiled, the codes that name it rightly (patterns), the columns that it
+    can be seen in, whether a note is
     enough (what makes no answer wrong by itself), and whether a vehicle file is needed."""
 
     spoil: Spoil
@@ -127,28 +128,28 @@ def _dead_rotor(flight: Flight, vehicle: Vehicle | None, rng: np.random.Generato
     return dead_rotor_sensor(flight, rng)[0]
 
 
+# what each needs is what could show it: an attitude alone agrees with every other attitude
 _W, _V, _A, _P, _Q = RATE, VELOCITY, SPECIFIC_FORCE, POSITION, ATTITUDE
+_WQ = (*_W, *_Q)
 INJECTED: dict[str, Injected] = {
-    "quaternion x y z w in the columns of w x y z": Injected(_order("qx", "qy", "qz", "qw"), ("attitude_order",), _Q),
-    "quaternion w x y z read as x y z w": Injected(_order("qz", "qw", "qx", "qy"), ("attitude_order",), _Q),
+    "quaternion x y z w in the columns of w x y z": Injected(_order("qx", "qy", "qz", "qw"), ("attitude_order",), _WQ),
+    "quaternion w x y z read as x y z w": Injected(_order("qz", "qw", "qx", "qy"), ("attitude_order",), _WQ),
     "quaternion world to body": Injected(
-        lambda f, v, rng: replaced(f, _Q, f.get(*_Q) * [1, -1, -1, -1]), ("attitude_inverse",), _Q
+        lambda f, v, rng: replaced(f, _Q, f.get(*_Q) * [1, -1, -1, -1]), ("attitude_inverse",), _WQ
     ),
-    "degrees taken as radians": Injected(lambda f, v, rng: _angles_times(f, 180 / np.pi), ("attitude_unit",), _Q),
-    "radians taken as degrees": Injected(lambda f, v, rng: _angles_times(f, np.pi / 180), ("attitude_unit",), _Q),
-    "attitude NED/FRD, the rest ENU/FLU": Injected(lambda f, v, rng: _ned_attitude(f), ("attitude_frame",), _Q),
-    "rates in deg/s": Injected(_scaled(_W, 180 / np.pi), ("rate_unit",), _W),
-    "rates in the world frame": Injected(_channel(_W, lambda w, r: r.apply(w)), ("rate_frame",), (*_W, *_Q)),
-    "body rates turned as if of the world": Injected(
-        _channel(_W, lambda w, r: r.inv().apply(w)), ("rate_frame",), (*_W, *_Q)
-    ),
-    "rates in FRD": Injected(_channel(_W, lambda w, r: w @ FLU_FRD), ("rate_axes",), (*_W, *_Q)),
+    "degrees taken as radians": Injected(lambda f, v, rng: _angles_times(f, 180 / np.pi), ("attitude_unit",), _WQ),
+    "radians taken as degrees": Injected(lambda f, v, rng: _angles_times(f, np.pi / 180), ("attitude_unit",), _WQ),
+    "attitude NED/FRD, the rest ENU/FLU": Injected(lambda f, v, rng: _ned_attitude(f), ("attitude_frame",), _WQ),
+    "rates in deg/s": Injected(_scaled(_W, 180 / np.pi), ("rate_unit",), _WQ),
+    "rates in the world frame": Injected(_channel(_W, lambda w, r: r.apply(w)), ("rate_frame",), _WQ),
+    "body rates turned as if of the world": Injected(_channel(_W, lambda w, r: r.inv().apply(w)), ("rate_frame",), _WQ),
+    "rates in FRD": Injected(_channel(_W, lambda w, r: w @ FLU_FRD), ("rate_axes",), _WQ),
     "velocity in the body frame": Injected(
         _channel(_V, lambda v, r: r.inv().apply(v)), ("velocity_frame",), (*_V, *_Q)
     ),
     "velocity in NED": Injected(_channel(_V, lambda v, r: v @ ENU_NED.T), ("velocity_axes",), (*_V, *_Q)),
-    "velocity in km/h": Injected(_scaled(_V, 3.6), ("velocity_unit",), _V),
-    "position in mm": Injected(_scaled(_P, 1000.0), ("position_unit",), _P),
+    "velocity in km/h": Injected(_scaled(_V, 3.6), ("velocity_unit",), (*_V, *_P)),
+    "position in mm": Injected(_scaled(_P, 1000.0), ("position_unit",), (*_P, *_V)),
     "acceleration in g": Injected(_scaled(_A, 1 / 9.80665), ("acceleration_unit",), _A),
     "acceleration without gravity": Injected(
         _channel(_A, _without_gravity), ("acceleration_without_gravity",), (*_A, *_Q)
@@ -156,8 +157,8 @@ INJECTED: dict[str, Injected] = {
     "acceleration negated": Injected(_scaled(_A, -1.0), ("acceleration_sign",), _A),
     "acceleration in FRD": Injected(_channel(_A, lambda a, r: a @ FLU_FRD), ("acceleration_axes",), (*_A, *_Q)),
     "all of it NED/FRD": Injected(lambda f, v, rng: _ned(f), ("world_z_down",), (*_Q, *_P, *_A)),
-    "IMU 60 ms late": Injected(_imu_late(0.06), ("imu_clock_offset",), (*_W, *_Q)),
-    "IMU 40 ms early": Injected(_imu_late(-0.04), ("imu_clock_offset",), (*_W, *_Q)),
+    "IMU 60 ms late": Injected(_imu_late(0.06), ("imu_clock_offset",), _WQ),
+    "IMU 40 ms early": Injected(_imu_late(-0.04), ("imu_clock_offset",), _WQ),
     "time in milliseconds": Injected(lambda f, v, rng: replaced(f, ("t",), 1000 * f.t[:, None]), ("time_unit",)),
     "one rotor's sensor dead": Injected(_dead_rotor, ("dead*", "stuck*", "rotor_dead*"), ("cmd_rotor_0",)),
     "poses held for 3 to 10 rows": Injected(_held_pose, ("held*",), _P, note=True),

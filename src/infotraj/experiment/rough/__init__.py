@@ -23,21 +23,23 @@ from infotraj.vehicle import Vehicle
 
 @dataclass(frozen=True)
 class Profile:
-    """A log profile, the codes of what is truly so in its logs (drop-outs are gaps), and the row rates (Hz) that it
-    is found with; none: all."""
+    """A log profile, the codes of what is truly so in its logs (drop-outs are gaps), the row rates (Hz) that it is
+    found with (none: all), and between what (s) its IMU truly lags its pose: filters delay the one, holding the other.
+    """
 
     log: Callable[[Flight, Vehicle, np.random.Generator], Flight]
     true: tuple[str, ...] = ()
     rates: tuple[float, ...] = ()
+    lag: tuple[float, float] = (0.0, 0.0)
 
 
 PROFILES: dict[str, Profile] = {
-    "autopilot": Profile(autopilot, rates=(100.0, 125.0, 200.0, 250.0)),
+    "autopilot": Profile(autopilot, rates=(100.0, 125.0, 200.0, 250.0), lag=(0.0, 0.02)),
     "motion_capture": Profile(motion_capture, ("gaps", "jitter", "spikes"), rates=(100.0, 125.0, 200.0, 250.0)),
-    "held": Profile(held_streams, rates=(500.0, 1000.0)),
+    "held": Profile(held_streams, rates=(500.0, 1000.0), lag=(-0.012, 0.0)),
     "nanodrone": Profile(nanodrone, rates=(100.0,)),
     "vibration": Profile(vibration),
-    "filters": Profile(filters),
+    "filters": Profile(filters, lag=(0.0, 0.025)),
     "signed_speeds": Profile(signed_speeds),
     "wrench": Profile(wrench),
 }

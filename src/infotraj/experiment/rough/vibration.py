@@ -41,8 +41,8 @@ def shaken(flight: Flight, rng: np.random.Generator, lag: float) -> Flight:
 
 
 def _harmonics(phase: Array, speeds: Array, size: Array, lag: float, rng: np.random.Generator) -> Array:
-    """(n, 3): each harmonic of each rotor with its own direction and phase; weaker and later behind the lag, relative to
-    the first harmonic at the median speed."""
+    """(n, 3): each harmonic of each rotor with its own direction and phase; weaker and later behind the lag, relative
+    to the first harmonic at the median speed."""
     first = np.sqrt(1.0 + (lag * np.median(speeds)) ** 2)
     out = np.zeros((len(phase), 3))
     for rotor in range(phase.shape[1]):
