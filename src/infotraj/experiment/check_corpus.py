@@ -30,11 +30,10 @@ def measure(settings: CheckCorpus, data_dir: str | None, threads: int = 1) -> di
     spoiled: Counter[str] = Counter()
     jobs: list[tuple[Recipe, int, bool]] = []
     for recipe in made:
-        # tasks take turns, so that the first ones are not all hovers; judge leaves out those that hardly move
-        spoil = spoiled[recipe.source] < settings.spoiled
-        spoiled[recipe.source] += 1
+        spoil = recipe.moving and spoiled[recipe.source] < settings.spoiled
+        spoiled[recipe.source] += spoil
         jobs.append((recipe, settings.base_seed, spoil))
-    jobs += [(recipe, settings.base_seed, recipe.spoil) for recipe in real]
+    jobs += [(recipe, settings.base_seed, recipe.moving) for recipe in real]
     rows: list[Row] = []
     if threads == 1:
         for job in jobs:
@@ -129,7 +128,7 @@ def write(result: dict[str, Any], numbers: str | Path, markdown: str | Path) -> 
 def tables(result: dict[str, Any]) -> str:
     """Markdown: false findings by source, errors found by kind, and which codes were raised falsely where."""
     lines = [
-        "| source | whole flights | rejected | cut | warned | segments of 10 s | rejected | cut | warned | errors found |",
+        "| source | whole flights | rejected | cut | warned | segments of 10 s | rejected | cut | warned | found |",
         "|---|---|---|---|---|---|---|---|---|---|",
     ]
     for name, figures in result["sources"].items():
@@ -149,10 +148,8 @@ def tables(result: dict[str, Any]) -> str:
             lines.append(f"| {name} | {code} | {counts} | {sentence} |")
     if result["unreadable"]:
         whys = Counter((r["source"], r["why"]) for r in result["unreadable"])
-        lines += [
-            "",
-            "Not imported: " + "; ".join(f"{n} of {source} ({why})" for (source, why), n in whys.items()) + ".",
-        ]
+        said = [f"{count} of {source} ({why})" for (source, why), count in whys.items()]
+        lines += ["", f"Not imported: {'; '.join(said)}."]
     return "\n".join(lines) + "\n"
 
 

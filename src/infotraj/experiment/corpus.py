@@ -13,7 +13,7 @@ from typing import Literal, Protocol
 import numpy as np
 
 from infotraj.checking import Finding, Loaded
-from infotraj.experiment.corpus_flights import RATES, Flown, exact_flight
+from infotraj.experiment.corpus_flights import RATES, Flown, exact_flight, task_of
 from infotraj.experiment.injected_errors import INJECTED
 from infotraj.experiment.kinematic_flights import simulated
 from infotraj.experiment.randomness import generator
@@ -71,6 +71,10 @@ class Recipe(Protocol):
 
     source: str
 
+    @property
+    def moving(self) -> bool:
+        """Whether it excites all channels."""
+
     def make(self) -> Log:
         """The log."""
 
@@ -86,6 +90,11 @@ class ExactRecipe:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "source", self.profile or "exact")
+
+    @property
+    def moving(self) -> bool:
+        """By its task: a hover and a vertical flight hardly turn."""
+        return task_of(self.number) in RESTLESS
 
     def make(self) -> Log:
         """Flies it and logs it."""
@@ -105,6 +114,7 @@ class KinematicRecipe:
     base_seed: int
     number: int
     source: str = "kinematic"
+    moving: bool = True
 
     def make(self) -> Log:
         """Computes it: 50 to 500 Hz, noise from a third to twice the usual."""
@@ -127,6 +137,7 @@ class PlantRecipe:
     plant: str
     number: int
     profile: str = ""
+    moving: bool = True
     source: str = field(init=False)
 
     def __post_init__(self) -> None:

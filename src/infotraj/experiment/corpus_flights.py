@@ -54,7 +54,7 @@ def exact_flight(base_seed: int, number: int, rates: tuple[float, ...] = RATES, 
     """Flight `number`: sizes and tasks take turns, the rest is drawn. It holds what the sensors read."""
     rng = generator(base_seed, "corpus flight", number)
     mass = MASSES[number % len(MASSES)]
-    task = tuple(TASKS)[(number // len(MASSES) + number) % len(TASKS)]
+    task = task_of(number)
     vehicle = made_vehicle(mass, rng)
     room, speed = _extent(task, mass, rng)
     places, yaw = path(task, seconds, room, speed, rng)
@@ -69,6 +69,11 @@ def exact_flight(base_seed: int, number: int, rates: tuple[float, ...] = RATES, 
     flight = fly_exactly(vehicle, places, yaw, air, rates[rng.integers(len(rates))], rng)
     named = {**flight.meta, "source": f"{number:03d} {mass:g} kg {task}"}
     return Flown(sensed(Flight(flight.table, named), rng), vehicle, task)
+
+
+def task_of(number: int) -> str:
+    """What flight `number` does."""
+    return tuple(TASKS)[(number // len(MASSES) + number) % len(TASKS)]
 
 
 def sensed(flight: Flight, rng: np.random.Generator) -> Flight:

@@ -16,6 +16,7 @@ from infotraj.experiment.injected_errors import INJECTED
 from infotraj.flight import Flight
 
 SEGMENT = 10.0  # s
+SPOILED_SECONDS = 14.0  # s of flight that errors are put into
 Row = dict[str, Any]
 
 
@@ -29,7 +30,7 @@ def judge(recipe: Recipe, base_seed: int, spoil: bool) -> list[Row]:
     rows = [_row(log, "whole", log.loaded)]
     rows += [_row(log, "segment", piece) for piece in segments(log.loaded)]
     if spoil and log.moving:
-        rows += [_injected_row(name, spoiled) for name, spoiled in injected(log, base_seed)]
+        rows += [_injected_row(name, spoiled) for name, spoiled in injected(_shortened(log), base_seed)]
     return rows
 
 
@@ -60,6 +61,12 @@ def _flown(flight: Flight) -> tuple[float, float]:
         return float(t[0]), float(t[-1])
     rows = np.flatnonzero(up)
     return (float(t[rows[0]]), float(t[rows[-1]])) if rows.size else (float(t[0]), float(t[0]))
+
+
+def _shortened(log: Log) -> Log:
+    # from 2 s before the flown part: as telling as the whole, in half the time
+    start, stop = _flown(log.flight)
+    return replace(log, loaded=Loaded(log.flight.between(start - 2.0, min(stop, start + SPOILED_SECONDS))))
 
 
 def _row(log: Log, part: str, loaded: Loaded) -> Row:

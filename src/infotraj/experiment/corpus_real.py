@@ -50,11 +50,11 @@ class RealSources(_Strict):
 
 @dataclass(frozen=True)
 class RealRecipe:
-    """One real log."""
+    """One real log; `moving`: known errors are put into it."""
 
     path: Path
     settings: RealSource
-    spoil: bool = False
+    moving: bool = False
     source: str = field(init=False)
 
     def __post_init__(self) -> None:
@@ -73,7 +73,7 @@ class RealRecipe:
         vehicle = load_vehicle(self.settings.vehicle) if self.settings.vehicle else None
         folder = find_dataset(self.settings.folder)
         shown = str(self.path.relative_to(folder)) if folder and self.path.is_relative_to(folder) else self.path.name
-        return Log(self.source, shown, "rough", loaded, vehicle, right, moving=self.spoil)
+        return Log(self.source, shown, "rough", loaded, vehicle, right, moving=self.moving)
 
 
 def read_sources(path: str | Path) -> RealSources:
