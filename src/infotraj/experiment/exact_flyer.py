@@ -170,9 +170,8 @@ def _derivative(x, command, wind, body):
         for j in range(3):
             d[7 + i] += r[i, j] * force[j] / body.mass
         d[10 + i] = (torque[i] - gyroscopic[i]) / body.inertia[i]
-        force[i] /= body.mass
     d[9] -= body.gravity
-    return d, force
+    return d, force / body.mass
 
 
 @njit(cache=True)
