@@ -9,14 +9,12 @@ from infotraj.experiment.exact_flyer import STEP, Air, fly_exactly
 STILL = {"rotor_drag": 0.0, "body_drag": 0.0}
 
 
-def flown(
-    task="fast eight", mass=0.75, rate_hz=1000.0, seconds=8.0, speed=3.0, rotor_drag=0.3, body_drag=0.02, wind=0.0
-):
+def flown(task="fast eight", mass=0.75, speed=3.0, rotor_drag=0.3, body_drag=0.02, wind=0.0):
     rng = np.random.default_rng(4)
     vehicle = made_vehicle(mass, rng)
-    places, yaw = path(task, seconds, 1.5, speed, rng)
+    places, yaw = path(task, 8.0, 1.5, speed, rng)
     air = Air(rotor_drag, body_drag, np.tile([wind, 0.0, 0.0], (len(places), 1)))
-    return fly_exactly(vehicle, places, yaw, air, rate_hz, rng), vehicle, places
+    return fly_exactly(vehicle, places, yaw, air, 1000.0, rng), vehicle, places
 
 
 def test_the_flight_obeys_kinematics_and_newton():

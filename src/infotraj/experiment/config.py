@@ -204,7 +204,7 @@ class CheckCorpus(_Strict):
     """How `check` is measured: flights of many kinds of logs, and known errors put into some of them."""
 
     real: str = Field(
-        "config/check_corpus.yaml", description="the data sets of real flights, and what is right in them"
+        "config/studies/check_corpus.yaml", description="the data sets of real flights, and what is right in them"
     )
     base_seed: Annotated[int, Field(ge=0)] = Field(
         1, description="of the simulated flights; 0 is for finding settings, 1 for reporting"

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from infotraj.checking import Check, Finding, Loaded, examine
-from infotraj.errors import InputError
+from infotraj.errors import InfotrajError, InputError
 from infotraj.experiment.corpus import Log, Recipe, injected
 from infotraj.experiment.injected_errors import INJECTED
 from infotraj.flight import Flight
@@ -24,7 +24,7 @@ def judge(recipe: Recipe, base_seed: int, spoil: bool) -> list[Row]:
     """A row a verdict: part `whole`, `segment`, `injected` (where asked for, and the log moves), or `unreadable`."""
     try:
         log = recipe.make()
-    except InputError as error:
+    except InfotrajError as error:
         name = str(getattr(recipe, "path", recipe))
         return [{"source": recipe.source, "log": name, "part": "unreadable", "why": " ".join(str(error).split())}]
     rows = [_row(log, "whole", log.loaded)]
@@ -39,6 +39,8 @@ def segments(loaded: Loaded) -> Iterator[Loaded]:
     start, stop = _flown(loaded.flight)
     for at in np.arange(start + 1.0, stop - SEGMENT - 1.0, SEGMENT):
         until = at + SEGMENT
+        if np.count_nonzero((loaded.flight.t >= at) & (loaded.flight.t < until)) < 2:
+            continue  # a gap as long as the segment
         beside = []
         for other in loaded.beside:
             inside = (other.t >= at) & (other.t < until)
