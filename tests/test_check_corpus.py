@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from infotraj.checking import Finding, Loaded
+from infotraj.checking import Finding, Loaded, check, examine
 from infotraj.errors import InputError, UsageError
 from infotraj.experiment.check_corpus import summary, tables, write
 from infotraj.experiment.config import CheckCorpus
@@ -100,9 +100,8 @@ def test_verdicts_are_counted_by_source_and_kind(tmp_path):
     text = tables(result)
     assert "| made | 2 | 1: 50 %" in text
     assert "Not imported: 1 of made (no such log)." in text
-    write(result, tmp_path / "numbers.json", tmp_path / "table.md")
+    write(result, tmp_path / "numbers.json", tmp_path / "table.md", tmp_path / "errors.png")
     assert (tmp_path / "table.md").read_text() == text
-    errors_of_check(result["sources"], tmp_path / "errors.png")
     assert (tmp_path / "errors.png").stat().st_size > 5000
 
 
@@ -129,3 +128,19 @@ def test_real_logs_are_found_once_each_and_an_absent_data_set_is_said(tmp_path, 
     assert [r.path.name for r in recipes] == ["log10", "log15"]
     assert "nanobench" in absent
     assert judge(recipes[0], 0, spoil=True)[0]["part"] == "unreadable"
+
+
+@pytest.mark.parametrize("profile", ["", *PROFILES])
+def test_check_rejects_and_cuts_no_log_for_being_logged_roughly(profile):
+    log = ExactRecipe(2, 2, profile).make()
+    piece = next(iter(segments(log.loaded)))
+    wrong = [f for f in check(piece.flight, log.vehicle) if f.severity in ("reject", "cut")]
+    assert wrong == []
+
+
+@pytest.mark.parametrize(
+    "name", ["rates in deg/s", "velocity in the body frame", "acceleration in g", "IMU 60 ms late"]
+)
+def test_check_names_errors_in_an_autopilots_log(name):
+    spoiled = dict(injected(LOG, 0))[name]
+    assert INJECTED[name].found(examine(spoiled.loaded, spoiled.vehicle))

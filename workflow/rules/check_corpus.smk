@@ -27,3 +27,21 @@ rule check_corpus:
         settings=settings("check_corpus", "data_dir"),
     script:
         "../scripts/check_corpus.py"
+
+
+rule publish_check_corpus:
+    input:
+        table=rules.check_corpus.output.table,
+        png=rules.check_corpus.output.png,
+    output:
+        table="docs/results/check_corpus.md",
+        png="docs/results/check_corpus.png",
+    log:
+        "results/logs/publish_check_corpus.log",
+    benchmark:
+        "results/benchmarks/publish_check_corpus.tsv"
+    threads: 1
+    resources:
+        mem_mb=100,
+    shell:
+        "(cp {input.table} {output.table} && cp {input.png} {output.png}) 2> {log}"

@@ -117,12 +117,14 @@ def _confusion(rows: list[Row]) -> dict[str, dict[str, Any]]:
     return dict(out)
 
 
-def write(result: dict[str, Any], numbers: str | Path, markdown: str | Path) -> None:
-    """The figures as JSON and as Markdown tables."""
+def write(result: dict[str, Any], numbers: str | Path, markdown: str | Path, *drawn: str | Path) -> None:
+    """The figures as JSON, as Markdown tables, and drawn (.pdf, .png)."""
+    from infotraj.plots.check_corpus import errors_of_check
     from infotraj.plots.style import write_text
 
     write_text(json.dumps(result, indent=1) + "\n", numbers)
     write_text(tables(result), markdown)
+    errors_of_check(result["sources"], *drawn)
 
 
 def tables(result: dict[str, Any]) -> str:
