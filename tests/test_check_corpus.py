@@ -12,6 +12,7 @@ from infotraj.experiment.corpus_judging import judge, segments
 from infotraj.experiment.corpus_real import read_sources, real_recipes
 from infotraj.experiment.injected_errors import INJECTED
 from infotraj.experiment.rough import PROFILES
+from infotraj.flight import Flight
 from infotraj.plots.check_corpus import errors_of_check
 
 LOG = ExactRecipe(3, 2, "autopilot").make()
@@ -76,6 +77,12 @@ def test_segments_are_of_ten_seconds_and_in_the_air():
     for piece in pieces:
         assert piece.flight.t[-1] - piece.flight.t[0] == pytest.approx(10.0, abs=0.05)
         assert np.median(piece.flight.get("pz")) > 0.3
+
+
+def test_a_flight_that_stays_at_its_height_is_cut_into_segments_too():
+    table = LOG.flight.between(8.0, 30.0).table
+    hovering = Loaded(Flight(table.assign(pz=1.0 + 0.01 * table["px"])))
+    assert len(list(segments(hovering))) == 2
 
 
 def test_verdicts_are_counted_by_source_and_kind(tmp_path):

@@ -210,7 +210,7 @@ class CheckCorpus(_Strict):
         1, description="of the simulated flights; 0 is for finding settings, 1 for reporting"
     )
     flights: Count = Field(18, description="simulated flights a source")
-    spoiled: Annotated[int, Field(ge=0)] = Field(4, description="of these, how many get every error put in")
+    spoiled: Annotated[int, Field(ge=0)] = Field(3, description="of these, how many get every error put in")
 
 
 class ExperimentConfig(_Strict):

@@ -61,8 +61,11 @@ def _flown(flight: Flight) -> tuple[float, float]:
         up = command > 0.5 * np.nanquantile(command, 0.75)
     else:
         return float(t[0]), float(t[-1])
+    if up.mean() < 0.3:
+        # in the air from the first row on, or hardly ever: all of it
+        return float(t[0]), float(t[-1])
     rows = np.flatnonzero(up)
-    return (float(t[rows[0]]), float(t[rows[-1]])) if rows.size else (float(t[0]), float(t[0]))
+    return float(t[rows[0]]), float(t[rows[-1]])
 
 
 def _shortened(log: Log) -> Log:
