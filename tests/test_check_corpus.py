@@ -80,7 +80,7 @@ def test_segments_are_of_ten_seconds_and_in_the_air():
 
 
 def test_a_flight_that_stays_at_its_height_is_cut_into_segments_too():
-    table = LOG.flight.between(8.0, 30.0).table
+    table = LOG.flight.between(6.0, 30.0).table
     hovering = Loaded(Flight(table.assign(pz=1.0 + 0.01 * table["px"])))
     assert len(list(segments(hovering))) == 2
 
