@@ -2,13 +2,19 @@
 
 import numpy as np
 
-from infotraj.experiment.injected_errors import INJECTED, late, named
+from infotraj.experiment import injected_errors
+from infotraj.experiment.injected_errors import INJECTED, late
 from infotraj.experiment.kinematic_flights import simulated
 from infotraj.experiment.rough.columns import replaced
 from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY
 
 P, Q, V, W, A = (list(names) for names in (POSITION, ATTITUDE, VELOCITY, RATE, SPECIFIC_FORCE))
 _with, _shift = replaced, late
+
+
+def named(check):
+    """The codes that a check reports as warnings or worse, and, as "or CODE", what it says fits as well."""
+    return injected_errors.named(check.findings)
 
 
 def _spoiler(error):

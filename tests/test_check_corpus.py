@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from infotraj.checking import Finding, Loaded, check, examine
+from infotraj.checking import Check, Finding, Loaded, check, examine
 from infotraj.errors import InputError, UsageError
 from infotraj.experiment.check_corpus import summary, tables, write
 from infotraj.experiment.config import CheckCorpus
@@ -150,4 +150,12 @@ def test_check_rejects_and_cuts_no_log_for_being_logged_roughly(profile):
 )
 def test_check_names_errors_in_an_autopilots_log(name):
     spoiled = dict(injected(LOG, 0))[name]
-    assert INJECTED[name].found(examine(spoiled.loaded, spoiled.vehicle))
+    assert INJECTED[name].found(examine(spoiled.loaded, spoiled.vehicle), spoiled.spoiled)
+
+
+def test_an_error_of_one_column_is_found_where_that_column_alone_is_named():
+    error = INJECTED["one rotor's sensor dead"]
+    assert dict(injected(LOG, 0))["one rotor's sensor dead"].spoiled in {(f"rotor_{k}",) for k in range(6)}
+    for channels, right in ((("rotor_2",), True), (("rotor_1",), False), (("rotor_1", "rotor_2"), False)):
+        said = [Finding("dead_column", "warning", "what", "effect", "remedy", channels=channels)]
+        assert error.found(Check("log", 1, 0.0, 1.0, 1.0, 1.0, "", said, []), ("rotor_2",)) is right

@@ -50,7 +50,7 @@ class Right:
 @dataclass(frozen=True)
 class Log:
     """A log of the corpus. `right`: findings that are right in it; `moving`: it excites all channels, so that an error
-    put into it can be seen at all."""
+    put into it can be seen at all; `spoiled`: the columns that one was put into."""
 
     source: str
     name: str
@@ -59,6 +59,7 @@ class Log:
     vehicle: Vehicle | None = None
     right: tuple[Right, ...] = ()
     moving: bool = True
+    spoiled: tuple[str, ...] = ()
 
     @property
     def flight(self) -> Flight:
@@ -184,7 +185,9 @@ def injected(log: Log, base_seed: int) -> Iterator[tuple[str, Log]]:
     for name, error in INJECTED.items():
         if error.applies(log.flight, log.vehicle):
             rng = generator(base_seed, "injected", log.source, log.name, name)
-            yield name, replace(log, loaded=Loaded(error.spoil(log.flight, log.vehicle, rng)))
+            flight = error.spoil(log.flight, log.vehicle, rng)
+            changed = tuple(c for c in flight.table if not flight.table[c].equals(log.flight.table[c]))
+            yield name, replace(log, loaded=Loaded(flight), spoiled=changed)
 
 
 def _right(profile: Profile) -> tuple[Right, ...]:

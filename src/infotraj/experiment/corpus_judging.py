@@ -101,7 +101,7 @@ def _injected_row(name: str, log: Log) -> Row:
         # refused with a reason is not passed, and not named either
         return {**row, "found": False, "said": [], "refused": " ".join(str(error).split())}
     said = [f.code for f in check.findings if f.severity != "note"]
-    found = INJECTED[name].found(check)
+    found = INJECTED[name].found(check, log.spoiled)
     return {**row, "found": found, "said": said, "seconds": round(process_time() - began, 2)}
 
 

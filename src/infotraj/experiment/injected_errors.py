@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatch
 
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-from infotraj.checking import Check
+from infotraj.checking import Check, Finding
 from infotraj.experiment.rough.actuators import dead_rotor_sensor, signed_speeds
 from infotraj.experiment.rough.columns import held, numbered, replaced, step
 from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
@@ -38,15 +38,21 @@ class Injected:
         """Whether this log can hold the error."""
         return flight.has(*self.needs) and (vehicle is not None or not self.vehicle)
 
-    def found(self, check: Check) -> bool:
-        """Whether a finding names it, or says of what it names that this error fits as well."""
-        said = named(check, notes=self.note)
+    def found(self, check: Check, spoiled: tuple[str, ...] = ()) -> bool:
+        """Whether a finding names it, or says of what it names that this error fits as well.
+
+        `spoiled`: the columns that were changed. Where it is one alone, the finding has to name it alone.
+        """
+        heard = check.findings
+        if len(spoiled) == 1 and spoiled != ("t",):
+            heard = [f for f in heard if f.channels == spoiled]
+        said = named(heard, notes=self.note)
         return any(fnmatch(code.removeprefix("or "), pattern) for code in said for pattern in self.codes)
 
 
-def named(check: Check, notes: bool = False) -> set[str]:
-    """The codes that a check reports as warnings or worse, and, as "or CODE", what it says fits as well."""
-    found = [f for f in check.findings if notes or f.severity != "note"]
+def named(findings: Sequence[Finding], notes: bool = False) -> set[str]:
+    """The codes of warnings or worse, and, as "or CODE", what they say fits as well."""
+    found = [f for f in findings if notes or f.severity != "note"]
     return {f.code for f in found} | {f"or {code}" for f in found for code in f.values.get("alternatives", ())}
 
 
