@@ -5,6 +5,7 @@ import pytest
 
 from infotraj.checking import Check, Finding, Loaded, check, examine
 from infotraj.errors import InputError, UsageError
+from infotraj.experiment import corpus_judging
 from infotraj.experiment.check_corpus import summary, tables, write
 from infotraj.experiment.config import CheckCorpus
 from infotraj.experiment.corpus import ExactRecipe, KinematicRecipe, Log, Right, injected, simulated_recipes
@@ -83,6 +84,16 @@ def test_a_flight_that_stays_at_its_height_is_cut_into_segments_too():
     table = LOG.flight.between(6.0, 30.0).table
     hovering = Loaded(Flight(table.assign(pz=1.0 + 0.01 * table["px"])))
     assert len(list(segments(hovering))) == 2
+
+
+def test_a_crash_of_check_counts_as_a_false_rejection(monkeypatch):
+    def broken(*_):
+        raise ZeroDivisionError("of course")
+
+    monkeypatch.setattr(corpus_judging, "examine", broken)
+    (row, *_) = judge(Recipe(LOG), 0, spoil=False)
+    assert [(f["code"], f["severity"]) for f in row["false"]] == [("crashed", "reject")]
+    assert "of course" in row["false"][0]["what"]
 
 
 def test_verdicts_are_counted_by_source_and_kind(tmp_path):

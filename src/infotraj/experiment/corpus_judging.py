@@ -76,7 +76,7 @@ def _shortened(log: Log) -> Log:
 
 def _row(log: Log, part: str, loaded: Loaded) -> Row:
     began = process_time()
-    check = examine(loaded, log.vehicle)
+    check = _checked(loaded, log)
     false = [f for f in check.findings if f.severity != "note" and not any(r.covers(f) for r in log.right)]
     right = [f.code for f in check.findings if f.severity != "note" and f not in false]
     return {
@@ -95,14 +95,23 @@ def _row(log: Log, part: str, loaded: Loaded) -> Row:
 def _injected_row(name: str, log: Log) -> Row:
     began = process_time()
     row = {"source": log.source, "kind": log.kind, "log": log.name, "part": "injected", "error": name}
-    try:
-        check: Check = examine(log.loaded, log.vehicle)
-    except InputError as error:
-        # refused with a reason is not passed, and not named either
-        return {**row, "found": False, "said": [], "refused": " ".join(str(error).split())}
+    check = _checked(log.loaded, log)
     said = [f.code for f in check.findings if f.severity != "note"]
     found = INJECTED[name].found(check, log.spoiled)
     return {**row, "found": found, "said": said, "seconds": round(process_time() - began, 2)}
+
+
+def _checked(loaded: Loaded, log: Log) -> Check:
+    # a log that check refuses is rejected as well; a crash is the worst of refusals, and no reason to stop the rest
+    try:
+        return examine(loaded, log.vehicle)
+    except InputError as error:
+        code, what = "refused", " ".join(str(error).split())
+    except Exception as error:
+        code, what = "crashed", f"{type(error).__name__}: {error}"
+    t = loaded.flight.t
+    finding = Finding(code, "reject", what, "no answer", "mend check")
+    return Check(log.name, len(t), float(t[0]), float(t[-1]), 0.0, 0.0, "not looked at", [finding], [])
 
 
 def _said(finding: Finding) -> dict[str, str]:
