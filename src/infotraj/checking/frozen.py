@@ -6,21 +6,15 @@ extrapolates. No sensor and no controller in flight draws a straight line to the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from infotraj.checking.finding import Finding, Span, spans_text
+from infotraj.checking.held import Held, measured_groups, repeat_chance
 from infotraj.checking.streams import runs
-from infotraj.flight import (
-    ATTITUDE,
-    COMMANDED_WRENCH,
-    POSITION,
-    RATE,
-    SPECIFIC_FORCE,
-    VELOCITY,
-    Flight,
-)
+from infotraj.flight import COMMANDED_WRENCH, POSITION, VELOCITY, Flight
 from infotraj.rotations import Array
 
 SHORTEST = 0.5
@@ -30,6 +24,11 @@ TIMES_USUAL = 10
 SMALL_SHARE = 0.15
 # Straight within the rounding of single precision, in which most loggers store.
 ROUNDING = 1e-6
+# Odds (natural logarithm) against equal samples by chance; a channel that repeats so often by itself is coarse, and a
+# change by so many of its smallest steps is a jump.
+SURE = 16.0
+COARSE = 0.2
+JUMP = 3.0
 
 
 @dataclass(frozen=True)
@@ -43,13 +42,14 @@ class Dead:
 def stream_groups(flight: Flight) -> list[tuple[str, ...]]:
     """Columns that come from one stream, by name; references and the battery are left out: they may well be
     straight."""
-    fixed = [g for g in (POSITION, ATTITUDE, VELOCITY, RATE, SPECIFIC_FORCE, COMMANDED_WRENCH) if flight.has(*g)]
-    counted = []
-    for prefix in ("rotor_", "tilt_", "cmd_rotor_", "cmd_tilt_"):
+    found = measured_groups(flight)
+    if flight.has(*COMMANDED_WRENCH):
+        found.append(COMMANDED_WRENCH)
+    for prefix in ("cmd_rotor_", "cmd_tilt_"):
         count = flight.numbered(prefix).shape[1]
         if count:
-            counted.append(tuple(f"{prefix}{k}" for k in range(count)))
-    return fixed + counted
+            found.append(tuple(f"{prefix}{k}" for k in range(count)))
+    return found
 
 
 def straight_streams(flight: Flight) -> list[Dead]:
@@ -75,32 +75,40 @@ def straight_streams(flight: Flight) -> list[Dead]:
     return found
 
 
-def still_streams(flight: Flight, airborne: Array) -> list[Dead]:
+def still_streams(flight: Flight, airborne: Array, held: Sequence[Held] = ()) -> list[Dead]:
     """Measured streams that stand still in flight, to the last bit, while they move in the rest of it.
 
-    Commands may well be held: an open-loop excitation is made of steps.
+    A held stream stands still between its samples by design: for it the time counts in its own samples. A coarse
+    channel may rest on one value for long: there the value must also have moved on by several of its steps afterwards.
     """
+    period = {h.columns: h.period for h in held if h.always}
     found = []
-    others = stream_groups(flight)
-    for columns in others:
-        if columns[0].startswith("cmd_"):
-            continue
+    groups = stream_groups(flight)
+    for columns in measured_groups(flight):
         x = flight.get(*columns)
         good = np.isfinite(x).all(axis=1)
         if good.sum() < 20:
             continue
-        t, where = flight.t[good], np.flatnonzero(good)
-        same = np.concatenate([[False], (np.diff(x[good], axis=0) == 0).all(axis=1)])
-        # a run of equal steps begins at the sample before it
-        same[:-1] |= same[1:]
+        t, where, x = flight.t[good], np.flatnonzero(good), x[good]
+        change = np.diff(x, axis=0) != 0
+        same = ~change.any(axis=1)
         if same.all():
             continue
+        shortest = max(SHORTEST, TIMES_USUAL * period.get(columns, 0.0))
         rows = np.zeros(len(flight.table), dtype=bool)
-        for a, b in _long(t, same & airborne[good]):
-            rows[where[a] : where[b - 1] + 1] = True
-        if rows.any() and not _all_still(flight, rows, columns, others):
+        for a, b in runs(same & airborne[good][1:]):
+            # steps a..b-1 are equal: samples a..b
+            if t[b] - t[a] >= shortest and _jumps_after(x, change, a, b):
+                rows[where[a] : where[b] + 1] = True
+        if rows.any() and not _all_still(flight, rows, columns, groups):
             found.append(Dead(columns, rows))
     return found
+
+
+def beyond_still(held: Sequence[Held], still: Sequence[Dead]) -> list[Held]:
+    """The held streams without the rows in which the stream stands still altogether: those are named by that."""
+    frozen = {d.columns: d.rows for d in still}
+    return [replace(h, rows=h.rows & ~frozen[h.columns]) if h.columns in frozen else h for h in held]
 
 
 def dead_findings(flight: Flight, dead: list[Dead], airborne: Array, kind: str) -> list[Finding]:
@@ -153,6 +161,20 @@ def _long(t: Array, mask: Array) -> list[tuple[int, int]]:
     usual = np.median(length) if len(found) > 20 else 0.0
     limit = max(SHORTEST, TIMES_USUAL * usual)
     return [run for run, seconds in zip(found, length, strict=True) if seconds >= limit]
+
+
+def _jumps_after(x: Array, change: Array, a: int, b: int) -> bool:
+    """Whether equal samples a..b are more than a coarse channel at rest: chance does not repeat so often, or the next
+    sample is several of the channel's own steps away."""
+    chance = repeat_chance(change)
+    least = 1.0 if np.isnan(chance).all() else float(np.nanmin(chance))
+    if (b - a) * np.log(1 / least) < SURE:
+        return False
+    if least < COARSE or b + 1 >= len(x):
+        return True
+    size = np.abs(np.diff(x, axis=0))
+    smallest = np.array([s[s > 0].min() if (s > 0).any() else np.inf for s in size.T])
+    return bool((np.abs(x[b + 1] - x[b]) > JUMP * smallest).any())
 
 
 def _moves_so(flight: Flight, first: int, last: int) -> bool:

@@ -17,12 +17,13 @@ from infotraj.checking.beside import Beside
 from infotraj.checking.conventions import convention_findings
 from infotraj.checking.coverage import coverage, excitation_findings
 from infotraj.checking.divergence import reference_not_followed
-from infotraj.checking.finding import Finding, Outcome, Span, outcome, usable_spans
-from infotraj.checking.frozen import dead_findings, still_streams, straight_streams
+from infotraj.checking.finding import Finding, Outcome, Span, ordered, outcome, usable_spans
+from infotraj.checking.frozen import beyond_still, dead_findings, still_streams, straight_streams
+from infotraj.checking.held import held_findings, held_streams, rates
 from infotraj.checking.load import Loaded
 from infotraj.checking.motion import Judge, judge_motion
 from infotraj.checking.questions import question_findings, unanswerable
-from infotraj.checking.voids import Void
+from infotraj.checking.voids import Void, emptied
 from infotraj.errors import InputError, problem
 from infotraj.flight import ATTITUDE, Flight
 from infotraj.rotations import Array
@@ -37,7 +38,8 @@ class Check:
 
     Findings (worst first) and what becomes of it, the spans (s) that can be used, the time in the air and how it was
     judged, the coverage of states and inputs, the questions that it cannot answer, the lags between its streams with
-    their standard errors (s), reported or not, and the cells that hold no sample (`cleaning.cleaned` empties them).
+    their standard errors (s), reported or not, the cells that hold no sample (`cleaning.cleaned` empties them), and the
+    rate of each measured stream's samples (Hz) with that of the rows over which they are held.
     """
 
     source: str
@@ -53,6 +55,7 @@ class Check:
     unanswerable: dict[str, list[str]] = field(default_factory=dict)
     lags: dict[str, tuple[float, float]] = field(default_factory=dict)
     voids: list[Void] = field(default_factory=list)
+    rates: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     @property
     def outcome(self) -> Outcome:
@@ -75,6 +78,7 @@ def examine(
     InputError for a table without t.
     """
     others: list[Beside] = []
+    voids: list[Void] = []
     if isinstance(log, Loaded):
         flight, findings, others = log.flight, list(log.findings), log.beside
     else:
@@ -84,15 +88,18 @@ def examine(
     findings += more + outliers.attitude_norm(flight)
     flight = _without_bad_attitudes(flight)
     straight = straight_streams(flight)
-    for dead in straight:
-        flight = _voided(flight, dead.rows, dead.columns)
+    new = [Void("dead_stream", d.columns, flight.t[d.rows]) for d in straight]
+    flight, voids = emptied(flight, new), voids + new
     air = airborne_rows(flight, vehicle)
     findings += dead_findings(flight, straight, air.rows, "straight")
     findings += no_flight(flight, air)
-    still = still_streams(flight, air.rows)
-    findings += dead_findings(flight, still, air.rows, "still")
-    for dead in still:
-        flight = _voided(flight, dead.rows, dead.columns)
+    held = held_streams(flight, air.rows)
+    still = still_streams(flight, air.rows, held)
+    held = beyond_still(held, still)
+    findings += dead_findings(flight, still, air.rows, "still") + held_findings(held, air.rows)
+    new = [Void("stuck", d.columns, flight.t[d.rows]) for d in still]
+    new += [Void("held" if h.always else "repeated", h.columns, flight.t[h.rows]) for h in held if h.rows.any()]
+    flight, voids = emptied(flight, new), voids + new
     findings += timing.gaps(flight, air.rows) + timing.jitter(flight)
     commands = outliers.impossible_commands(flight, air.rows, vehicle)
     single = outliers.spikes(flight, air.rows)
@@ -128,6 +135,8 @@ def examine(
         covered,
         unanswerable(flight, vehicle),
         {name: (lag.lag, lag.error) for name, lag in moved.lags.items()},
+        voids,
+        rates(held),
     )
 
 

@@ -17,6 +17,7 @@ from infotraj.models import body
 from infotraj.models.kinematics import kinematics
 from infotraj.models.prediction import AXES, Prediction
 from infotraj.models.prepared import Prepared, Segment
+from infotraj.models.recorded import Samples
 from infotraj.models.rotor_wrench import forces_at_rotors
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
@@ -206,20 +207,27 @@ class Model:
         good = np.ones(len(t), dtype=bool)
         for samples, commanded in ((r.rotor, r.rotor_commanded), (r.tilt, r.tilt_commanded)):
             if not commanded:
+                good &= _between_samples(t, samples)
                 continue
             usual = np.median(np.diff(samples.times)) if len(samples.times) > 1 else np.inf
             latest = np.clip(np.searchsorted(samples.times, t - law.delay, side="right") - 1, 0, None)
             age = t - law.delay - samples.times[latest]
             good &= age <= max(_STALE * usual, _STALE_AT_LEAST)
         for samples in (r.attitude, r.velocity, r.rate):
-            if samples is None:
-                continue
-            usual = np.median(np.diff(samples.times))
-            after = np.clip(np.searchsorted(samples.times, t), 1, len(samples.times) - 1)
-            hole = samples.times[after] - samples.times[after - 1]
-            outside = (t < samples.times[0] - 1e-9) | (t > samples.times[-1] + 1e-9)
-            good &= (hole <= max(_STALE * usual, _STALE_AT_LEAST)) & ~outside
+            if samples is not None:
+                good &= _between_samples(t, samples)
         return good
+
+
+def _between_samples(t: Array, samples: Samples) -> Array:
+    """Where t (n,) lies between two samples that are not too far apart, (n,) bool."""
+    if len(samples.times) < 2:
+        return np.ones(len(t), dtype=bool)
+    usual = np.median(np.diff(samples.times))
+    after = np.clip(np.searchsorted(samples.times, t), 1, len(samples.times) - 1)
+    hole = samples.times[after] - samples.times[after - 1]
+    outside = (t < samples.times[0] - 1e-9) | (t > samples.times[-1] + 1e-9)
+    return (hole <= max(_STALE * usual, _STALE_AT_LEAST)) & ~outside
 
 
 def _added(effect: Effect, along: Along) -> Array:
