@@ -1,12 +1,13 @@
-"""Which rows are in the air: motors that carry the vehicle, and height above the place where it rested."""
+"""Which rows are in the air: the log's own flag, else motors that carry the vehicle, and height above its rest."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from infotraj.checking.finding import Finding
+from infotraj.checking.standing import standing_rows
 from infotraj.checking.streams import runs
 from infotraj.flight import COMMANDED_FORCE, Flight
 from infotraj.rotations import Array
@@ -20,15 +21,20 @@ MOTORS_ON_SHARE = 0.5
 DEPARTURE = 0.15
 STILL_SPEED = 0.02
 SHORTEST_FLIGHT = 1.0
+# So long (s) and so high (m) with motors on is a flight, whatever a flag says.
+CLEARLY_LONG = 3.0
+CLEARLY_HIGH = 0.5
 
 
 @dataclass(frozen=True)
 class Airborne:
-    """`rows` (n,) bool; `how` says from what it was judged; `ground` is the height of the resting place, m, or None."""
+    """`rows` (n,) bool; `how` says from what it was judged; `ground` is the height of the resting place, m, or None;
+    `against` says what speaks against the log's own flag, and what was believed, or is None."""
 
     rows: Array
     how: str
     ground: float | None
+    against: str | None = None
 
     def seconds(self, t: Array) -> float:
         """Time in the air (s); a step longer than ten median steps is a gap and does not count."""
@@ -40,34 +46,77 @@ class Airborne:
 def airborne_rows(flight: Flight, vehicle: Vehicle | None = None) -> Airborne:
     """The rows in which the vehicle flies.
 
-    The column `airborne` where the log has one. Otherwise motors (measured, else commanded, else the commanded force)
-    at more than half their flying level and, where there is a pose, farther than the clearance (5 cm, with a vehicle
-    file half a rotor radius if that is more) from the height at which it stood with motors off. Distance, not height:
-    the sign of z is one of the things to check. Where nothing tells, every row counts, and `how` says so.
+    The column `airborne` where the log has one, unless motors and height contradict it altogether. Otherwise motors
+    (measured, else commanded, else the commanded force) at more than half their flying level and, where there is a
+    pose, farther than the clearance (5 cm, with a vehicle file half a rotor radius if that is more) from the height at
+    which it stood with motors off. Distance, not height: the sign of z is one of the things to check. Rows in which the
+    vehicle stands still with motors that do not change are none. Where nothing tells, every row counts, and `how` says
+    so.
     """
     if flight.has("airborne"):
-        return Airborne(np.nan_to_num(flight.get("airborne")[:, 0]) > 0.5, "column airborne", None)
+        flag = _filled(flight.get("airborne")[:, 0]) > 0.5
+        return _believed(flight, Airborne(flag, "column airborne", None), _judged(flight, vehicle))
+    return _judged(flight, vehicle)
+
+
+def _judged(flight: Flight, vehicle: Vehicle | None) -> Airborne:
     radii = [r.radius for r in vehicle.rotors if r.radius] if vehicle else []
     clearance = max([CLEARANCE, *(0.5 * r for r in radii)])
     motors = _motors_on(flight)
     z = _filled(flight.get("pz")[:, 0]) if flight.has("pz") else None
+    standing = standing_rows(flight)
     if motors is not None:
         on, how = motors
+        if (on & standing).any():
+            on, how = on & ~standing, f"{how} and motion"
         if z is None or on.all() or not on.any():
             return Airborne(on, how, None)
         ground = float(np.median(z[~on]))
         return Airborne(on & (np.abs(z - ground) > clearance), f"{how} and height", ground)
     if z is not None:
-        return _by_height(flight.t, z, clearance)
+        found = _by_height(flight.t, z, clearance)
+        if found.ground is not None or not standing.any():
+            return found
+    if standing.any():
+        return Airborne(~standing, "motion", None)
     return Airborne(np.ones(len(flight.table), dtype=bool), "nothing in the log tells", None)
+
+
+def _believed(flight: Flight, flag: Airborne, other: Airborne) -> Airborne:
+    """The flag, unless it stands still at one value while motors and height clearly say the opposite."""
+    t = flight.t
+    if not flag.rows.any() and other.ground is not None and "height" in other.how:
+        high = np.abs(_filled(flight.get("pz")[:, 0]) - other.ground) > CLEARLY_HIGH
+        seconds = Airborne(other.rows & high, "", None).seconds(t)
+        if seconds > CLEARLY_LONG:
+            what = f"the log's flag never says that it flies, {other.how} say so for {other.seconds(t):.1f} s"
+            return replace(other, against=f"{what}: they are believed")
+    if flag.rows.all() and not other.rows.any():
+        what = f"the log's flag says that it flies throughout, {other.how} that it never does"
+        return replace(other, against=f"{what}: they are believed")
+    return flag
 
 
 def no_flight(flight: Flight, air: Airborne) -> list[Finding]:
     """A log that never flies, hardly flies, or flies only in ground effect."""
     seconds = air.seconds(flight.t)
     duration = float(flight.t[-1] - flight.t[0])
+    contradicted = []
+    if air.against is not None:
+        contradicted = [
+            Finding(
+                "airborne_flag",
+                "warning",
+                air.against,
+                "rows on the ground are left out everywhere: a wrong flag leaves out the flight, or counts the ground",
+                "leave the flag out of the mapping, or correct it",
+                channels=("airborne",),
+                values={"judged_from": air.how, "seconds": seconds},
+            )
+        ]
     if seconds < SHORTEST_FLIGHT:
         return [
+            *contradicted,
             Finding(
                 "no_flight",
                 "reject",
@@ -75,14 +124,15 @@ def no_flight(flight: Flight, air: Airborne) -> list[Finding]:
                 "there is no flight to compare a model with",
                 "leave this log out",
                 values={"airborne_seconds": seconds, "duration": duration, "judged_from": air.how},
-            )
+            ),
         ]
     if air.ground is None or not flight.has("pz"):
-        return []
+        return contradicted
     height = np.abs(_filled(flight.get("pz")[:, 0]) - air.ground)[air.rows]
     top = float(np.percentile(height, 99))
     if top < 0.3:
         return [
+            *contradicted,
             Finding(
                 "low_flight",
                 "warning",
@@ -90,9 +140,9 @@ def no_flight(flight: Flight, air: Airborne) -> list[Finding]:
                 "ground effect and touching the ground are in every row; thrust and drag learnt here hold nowhere else",
                 "leave it out unless ground effect is the question",
                 values={"height_99": top, "ground": air.ground},
-            )
+            ),
         ]
-    return []
+    return contradicted
 
 
 def _motors_on(flight: Flight) -> tuple[Array, str] | None:

@@ -22,6 +22,7 @@ from infotraj.comparing.window import GAP
 from infotraj.errors import UsageError, problem
 from infotraj.flight import Flight
 from infotraj.models import Model, body
+from infotraj.models.interpolation import interpolate
 from infotraj.models.prepared import Prepared
 from infotraj.rotations import Array
 
@@ -140,10 +141,15 @@ def _cannot(model: Model, prepared: Prepared) -> str | None:
 
 
 def _states(model: Model, prepared: Prepared) -> Array:
-    """Recorded states at the rows (n, 13), NaN in a row that lacks one."""
+    """Recorded states at the rows (n, 13), NaN in a row that lacks one.
+
+    Streams of different rates or phases have few rows in common: at the samples of the slowest the others are
+    interpolated, where they have neighbours.
+    """
     r, imu = prepared.recorded, model.imu_law()
     out = np.full((len(r.t), 13), np.nan)
     rate = r.rate.values if r.rate.derived else prepared.true_rate(imu).values
+    slowest = min((r.position, r.velocity, r.attitude, r.rate), key=lambda samples: len(samples.times)).times
     for columns, samples, values in (
         (slice(0, 3), r.position, r.position.values),
         (slice(3, 6), r.velocity, r.velocity.values),
@@ -151,6 +157,15 @@ def _states(model: Model, prepared: Prepared) -> Array:
         (slice(10, 13), r.rate, rate),
     ):
         out[np.searchsorted(r.t, samples.times), columns] = values
+        after = np.clip(np.searchsorted(samples.times, slowest), 1, len(samples.times) - 1)
+        step = np.diff(samples.times)
+        between = (
+            (step[after - 1] < GAP * np.median(step)) & (slowest > samples.times[0]) & (slowest < samples.times[-1])
+        )
+        rows = np.searchsorted(r.t, slowest[between])
+        missing = np.isnan(out[rows, columns]).any(axis=1)
+        found = interpolate(samples.times, values, slowest[between][missing])
+        out[rows[missing], columns] = rotations.normalize(found) if samples is r.attitude else found
     return out
 
 
@@ -168,9 +183,12 @@ def _ends(t: Array, ok: NDArray, known: NDArray, horizons: Sequence[Horizon]) ->
     broken = np.concatenate([[0], np.cumsum((step > GAP * np.median(step)) | ~ok[1:] | ~ok[:-1])])
     ends = np.full((n, len(horizons)), -1)
     rows = np.arange(n)
+    states = np.flatnonzero(known)
     for h, horizon in enumerate(horizons):
         if horizon.steps is not None:
-            end, reached = rows + horizon.steps, np.ones(n, dtype=bool)
+            # A step leads to the next row that holds a state: of a held stream most rows hold none.
+            end = np.append(states, np.full(horizon.steps + 1, n))[np.searchsorted(states, rows) + horizon.steps]
+            reached = np.ones(n, dtype=bool)
         else:
             wanted = t + horizon.seconds
             after = np.clip(np.searchsorted(t, wanted), 1, n - 1)

@@ -1,0 +1,165 @@
+"""Sample-and-hold streams: a logger faster than a sensor repeats the sensor's last sample until the next one comes.
+
+A repeated row is no sample. What tells it from a sample that happens to be equal (a quantised or a resting channel) is
+the other columns of the stream: a row in which one of them changes is certainly a new sample, so the share of such
+rows in which a column keeps its value is that column's chance to repeat by itself. Rows that repeat every column at
+once, far more often than the least of these chances, are held.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from infotraj.checking.finding import Finding
+from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
+from infotraj.rotations import Array
+
+SPAN = 2.0  # s that are judged together: rest and flight have different chances
+FEWEST = 40  # rows that are judged together, where SPAN has fewer
+FEWEST_NEW = 8  # new samples without which nothing can be said
+# Held beyond chance: this many times the chance, and by this share of the rows.
+TIMES_CHANCE = 2.0
+BEYOND_CHANCE = 0.03
+
+
+@dataclass(frozen=True)
+class Held:
+    """One measured stream: `rows` (n,) that repeat its last sample, the rate of its samples and of its rows (Hz).
+
+    `always`: it is held throughout, by a logger that is faster; else only now and then, where samples were lost.
+    """
+
+    columns: tuple[str, ...]
+    rows: Array
+    hz: float
+    row_hz: float
+    always: bool
+
+    @property
+    def period(self) -> float:
+        """Usual time between samples (s)."""
+        return 1 / self.hz
+
+
+def measured_groups(flight: Flight) -> list[tuple[str, ...]]:
+    """Columns that sensors write together, by name; commands, references and the battery are none of them."""
+    fixed = [g for g in (POSITION, ATTITUDE, VELOCITY, RATE, SPECIFIC_FORCE) if flight.has(*g)]
+    counted = []
+    for prefix in ("rotor_", "tilt_"):
+        count = flight.numbered(prefix).shape[1]
+        if count:
+            counted.append(tuple(f"{prefix}{k}" for k in range(count)))
+    return fixed + counted
+
+
+def held_streams(flight: Flight, airborne: Array) -> list[Held]:
+    """Every measured stream of 20 samples or more, with the rows in which it repeats itself."""
+    return [held for g in measured_groups(flight) if (held := _held(flight, g, airborne)) is not None]
+
+
+def repeat_chance(change: Array) -> Array:
+    """For each column the share of certainly new samples in which it repeats, (c,); NaN where there are too few.
+
+    change (n, c) bool: which columns changed from one sample to the next.
+    """
+    count = change.sum(axis=1)
+    out = np.full(change.shape[1], np.nan)
+    for c in range(change.shape[1]):
+        new = count - change[:, c] > 0
+        if new.sum() >= FEWEST_NEW:
+            # Laplace's rule of succession: few samples leave much to chance.
+            out[c] = ((~change[new, c]).sum() + 1) / (new.sum() + 2)
+    return out
+
+
+def held_findings(held: Sequence[Held], airborne: Array) -> list[Finding]:
+    """One note about streams held throughout, one about streams that repeat now and then."""
+    found = []
+    always = [h for h in held if h.always]
+    if always:
+        text = ", ".join(f"{_name(h)} at {h.hz:.3g} Hz in rows of {h.row_hz:.3g} Hz" for h in always)
+        found.append(
+            Finding(
+                "held",
+                "note",
+                f"samples are held until the next one: {text}",
+                "repeated rows are no samples: they are left empty, and what is derived from them is derived anew",
+                "nothing; a log at the sensors' own rates says the same in less space",
+                channels=tuple(c for h in always for c in h.columns),
+                values={_name(h): {"hz": h.hz, "row_hz": h.row_hz} for h in always},
+            )
+        )
+    some = [(h, float((h.rows & airborne).sum() / max(airborne.sum(), 1))) for h in held if not h.always]
+    some = [(h, share) for h, share in some if share > 0]
+    if some:
+        found.append(
+            Finding(
+                "repeated",
+                "warning" if max(s for _, s in some) > 0.05 else "note",
+                "the last sample is repeated where the next one was lost: "
+                + ", ".join(f"{_name(h)} in {100 * share:.2g} % of the flight" for h, share in some),
+                "these rows are no samples: they are left empty",
+                "find out what the logger lost" if max(s for _, s in some) > 0.05 else "nothing",
+                channels=tuple(c for h, _ in some for c in h.columns),
+                values={_name(h): share for h, share in some},
+            )
+        )
+    return found
+
+
+def rates(held: Sequence[Held]) -> dict[str, dict[str, Any]]:
+    """For each measured stream the rate of its samples, and of the rows over which they are held (else None), Hz."""
+    return {_name(h): {"hz": h.hz, "held_from_hz": h.row_hz if h.always else None} for h in held}
+
+
+def _name(held: Held) -> str:
+    return held.columns[0] if len(held.columns) == 1 else f"{held.columns[0]}..{held.columns[-1]}"
+
+
+def _held(flight: Flight, columns: tuple[str, ...], airborne: Array) -> Held | None:
+    x = flight.get(*columns)
+    where = np.flatnonzero(np.isfinite(x).all(axis=1))
+    if len(where) < 20:
+        return None
+    t, air = flight.t[where], airborne[where]
+    change = np.diff(x[where], axis=0) != 0
+    same = ~change.any(axis=1)
+    rows = np.zeros(len(flight.table), dtype=bool)
+    row_hz = _hz(t)
+    said = [(part, _beyond_chance(change[part])) for part in _parts(t)]
+    votes = [yes for _, yes in said if yes is not None]
+    always = bool(votes) and np.mean(votes) > 0.5
+    for part, yes in said:
+        if yes or (always and yes is None):
+            repeats = np.flatnonzero(same[part]) + part.start + 1
+            rows[where[repeats if always else repeats[air[repeats]]]] = True
+    hz = _hz(t[~rows[where]]) if always else row_hz
+    return Held(columns, rows, hz, row_hz, always)
+
+
+def _parts(t: Array) -> list[slice]:
+    """The steps between samples in parts of SPAN, each of FEWEST steps or more where the log has them."""
+    size = max(FEWEST, int(SPAN / max(float(np.median(np.diff(t))), 1e-6)))
+    edges = [*range(0, max(len(t) - 1 - size // 2, 1), size), len(t) - 1]
+    return [slice(a, b) for a, b in pairwise(edges)]
+
+
+def _beyond_chance(change: Array) -> bool | None:
+    """Whether whole samples repeat more often than chance has it; None where nothing moves enough to tell."""
+    chance = repeat_chance(change)
+    if np.isnan(chance).all():
+        return None
+    least = float(np.nanmin(chance))
+    share = float((~change.any(axis=1)).mean())
+    return share > max(TIMES_CHANCE * least, least + BEYOND_CHANCE)
+
+
+def _hz(t: Array) -> float:
+    step = np.diff(t)
+    usual = step[step < 3.5 * np.median(step)]
+    return float(1 / usual.mean()) if len(usual) else float(1 / step.mean())
