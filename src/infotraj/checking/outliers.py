@@ -6,6 +6,7 @@ import numpy as np
 
 from infotraj.checking.finding import Finding, Span, spans_text
 from infotraj.checking.streams import runs
+from infotraj.checking.voids import Void
 from infotraj.flight import ATTITUDE, COMMANDED_FORCE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
@@ -134,10 +135,20 @@ def spike_findings(found: list[tuple[str, tuple[Span, ...], float]]) -> list[Fin
     ]
 
 
-def saturation(flight: Flight, airborne: Array) -> list[Finding]:
-    """Channels that stay at their own extreme for three samples or more, again and again, in flight."""
-    found = []
-    commands = [f"{p}{k}" for p in ("cmd_rotor_", "cmd_tilt_") for k in range(flight.numbered(p).shape[1])]
+def spike_voids(flight: Flight, found: list[tuple[str, tuple[Span, ...], float]]) -> list[Void]:
+    """The samples that are spikes."""
+    t = flight.t
+    at = {column: np.any([(t >= a) & (t <= b) for a, b in when], axis=0) for column, when, _ in found}
+    return [Void("spikes", (column,), t[rows]) for column, rows in at.items()]
+
+
+def saturation(flight: Flight, airborne: Array) -> tuple[list[Finding], list[Void]]:
+    """Channels that stay at their own extreme for three samples or more, again and again, in flight; and the samples
+    of sensors there, which say only that the true value lies beyond."""
+    found, voids = [], []
+    commands = [
+        f"{p}{k}" for p in ("cmd_rotor_", "cmd_tilt_", "rotor_", "tilt_") for k in range(flight.numbered(p).shape[1])
+    ]
     sensors = [c for g in (RATE, SPECIFIC_FORCE) if flight.has(*g) for c in g]
     for column in (*sensors, *commands):
         x = flight.get(column)[:, 0]
@@ -150,6 +161,8 @@ def saturation(flight: Flight, airborne: Array) -> list[Finding]:
             if column in commands and extreme == 0.0:
                 continue
             at = keep & (x == extreme)
+            if not _piled(x[keep], extreme):
+                continue
             long = [r for r in runs(at) if r[1] - r[0] >= 3 * usual]
             if len(long) >= 2:
                 for a, b in long:
@@ -157,6 +170,8 @@ def saturation(flight: Flight, airborne: Array) -> list[Finding]:
         share = float(rows.sum() / keep.sum())
         if share > 0.002:
             sensor = column in sensors
+            if sensor:
+                voids.append(Void("saturated", (column,), flight.t[rows]))
             severity = "warning" if sensor and share > FEW else "note"
             spans = _spans(flight.t, rows)
             found.append(
@@ -164,7 +179,7 @@ def saturation(flight: Flight, airborne: Array) -> list[Finding]:
                     "saturated",
                     severity,
                     f"{column} stays at its extreme for {100 * share:.2g} % of the flight ({spans_text(spans, 2)})",
-                    "the true value lies beyond it"
+                    "the true value lies beyond it: these samples are left empty"
                     if sensor
                     else "the actuator could not do more: models differ least here",
                     "use a wider range" if sensor else "none, unless the limit is not in the vehicle file",
@@ -173,7 +188,7 @@ def saturation(flight: Flight, airborne: Array) -> list[Finding]:
                     values={"share": share},
                 )
             )
-    return found
+    return found, voids
 
 
 def impossible_commands(flight: Flight, airborne: Array, vehicle: Vehicle | None) -> list[Finding]:
@@ -276,6 +291,13 @@ def _spikes(x: Array) -> Array:
     low, high = np.percentile(x, [5, 95])
     limit = max(SPIKE_SCALES * scale, TAIL_SCALES * float(np.percentile(away, 99.5)), SPIKE_OF_RANGE * (high - low))
     return np.array([k for a, b in runs(away > limit) if b - a <= 2 for k in range(a, b)], dtype=int)
+
+
+def _piled(x: Array, extreme: float) -> bool:
+    # what is clipped piles up at the last value; what is merely written in steps gets rarer towards it
+    values, counts = np.unique(x, return_counts=True)
+    end, beside = (0, 1) if extreme == values[0] else (-1, -2)
+    return bool(counts[end] > 2 * counts[beside])
 
 
 def _usual_repeat(x: Array) -> int:

@@ -14,15 +14,18 @@ from infotraj.checking.acceptance import accepted_codes, marked
 from infotraj.checking.actuation import carrying_findings, column_findings
 from infotraj.checking.airborne import airborne_rows, no_flight
 from infotraj.checking.beside import Beside
+from infotraj.checking.columns import dead_column_findings, dead_columns
 from infotraj.checking.conventions import convention_findings
 from infotraj.checking.coverage import coverage, excitation_findings
 from infotraj.checking.divergence import reference_not_followed
 from infotraj.checking.finding import Finding, Outcome, Span, ordered, outcome, usable_spans
 from infotraj.checking.frozen import beyond_still, dead_findings, still_streams, straight_streams
 from infotraj.checking.held import held_findings, held_streams, rates
+from infotraj.checking.jumps import jump_findings, jumped_columns
 from infotraj.checking.load import Loaded
 from infotraj.checking.motion import Judge, judge_motion
 from infotraj.checking.questions import question_findings, unanswerable
+from infotraj.checking.resolution import quantised
 from infotraj.checking.voids import Void, emptied
 from infotraj.errors import InputError, problem
 from infotraj.flight import ATTITUDE, Flight
@@ -101,17 +104,22 @@ def examine(
     new += [Void("held" if h.always else "repeated", h.columns, flight.t[h.rows]) for h in held if h.rows.any()]
     flight, voids = emptied(flight, new), voids + new
     findings += timing.gaps(flight, air.rows) + timing.jitter(flight)
-    commands = outliers.impossible_commands(flight, air.rows, vehicle)
+    dead = dead_columns(flight, air.rows, vehicle)
+    jumped = jumped_columns(flight, air.rows)
+    findings += dead_column_findings(flight, dead) + jump_findings(flight, jumped) + quantised(flight, air.rows)
+    new = [Void("dead_column", (d.column,), flight.t[d.rows]) for d in dead]
+    new += [Void(j.code, (j.column,), flight.t[j.rows]) for j in jumped]
+    flight, voids = emptied(flight, new), voids + new
     single = outliers.spikes(flight, air.rows)
+    clipped, new = outliers.saturation(flight, air.rows)
     findings += (
-        commands
+        outliers.impossible_commands(flight, air.rows, vehicle)
         + outliers.spike_findings(single)
-        + outliers.saturation(flight, air.rows)
+        + clipped
         + outliers.pose_jumps(flight, air.rows)
     )
-    for column, when, _ in single:
-        at = np.any([(flight.t >= a) & (flight.t <= b) for a, b in when], axis=0)
-        flight = _voided(flight, at, (column,))
+    new += outliers.spike_voids(flight, single)
+    flight, voids = emptied(flight, new), voids + [v for v in new if not v.columns[0].startswith("cmd_")]
     findings += outliers.impossible_values(flight, air.rows)
     findings += column_findings(flight, air.rows, vehicle) + carrying_findings(flight, air.rows, vehicle)
     gravity = vehicle.gravity if vehicle else GRAVITY

@@ -1,0 +1,152 @@
+"""Single columns that died while their siblings go on: a rotor that reads zero in flight, an axis that never changes.
+
+What a column that lives does by chance is known from itself: how often a change is followed by a repeat. A run of n
+repeats then has the probability p^n, and a run that no chance explains, while the siblings change, is a dead sensor. A
+sensor with noise on every sample never stands still; a smooth one (an estimator, a simulation) may, and is left alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from infotraj.checking.finding import Finding, spans_text
+from infotraj.checking.streams import runs
+from infotraj.flight import POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
+from infotraj.rotations import Array
+from infotraj.vehicle import Vehicle
+
+SHORTEST = 0.5  # s
+SURE = 16.0  # natural logarithm of the odds against chance
+COARSE = 0.2  # a column that repeats so often rests on its steps: it is dead only if it jumps afterwards
+JUMP = 3.0  # of its smallest steps
+ROUGH = 0.3  # spread of second over first differences: white noise has 1.7, a smooth signal almost none
+LOST_SHARE = 0.01
+
+
+@dataclass(frozen=True)
+class DeadColumn:
+    """Rows (n,) in which one column holds no measurement, `value` what it holds there, `share` of the flight."""
+
+    column: str
+    rows: Array
+    value: float
+    share: float
+
+
+def dead_columns(flight: Flight, airborne: Array, vehicle: Vehicle | None = None) -> list[DeadColumn]:
+    """Columns of measured rotors, rates, forces, velocities and positions that died while their siblings go on."""
+    rotors = _rotors(flight, vehicle)
+    groups = [g for g in (rotors, RATE, SPECIFIC_FORCE, VELOCITY, POSITION) if len(g) > 1 and flight.has(*g)]
+    found = []
+    for columns in groups:
+        x = flight.get(*columns)
+        good = np.flatnonzero(np.isfinite(x).all(axis=1) & airborne)
+        if len(good) < 50:
+            continue
+        t, x = flight.t[good], x[good]
+        dead = np.stack([_dead(t, x, c, columns == rotors) for c in range(x.shape[1])], axis=1)
+        if columns == rotors:
+            dead |= _stopped(x)
+        for c, column in enumerate(columns):
+            if dead[:, c].any():
+                rows = np.zeros(len(flight.table), dtype=bool)
+                rows[good[dead[:, c]]] = True
+                share = float(dead[:, c].sum() / len(good))
+                found.append(DeadColumn(column, rows, float(np.median(x[dead[:, c], c])), share))
+    return found
+
+
+def dead_column_findings(flight: Flight, dead: list[DeadColumn]) -> list[Finding]:
+    """One finding a column: what it reads, for how long, and which answers do without it."""
+    found = []
+    for d in dead:
+        t = flight.t
+        spans = tuple((float(t[a]), float(t[b - 1])) for a, b in runs(d.rows))
+        much = d.share > LOST_SHARE
+        found.append(
+            Finding(
+                "dead_column",
+                "warning" if much else "note",
+                f"{d.column} reads {d.value:.4g} without a change in {100 * d.share:.2g} % of the flight, while its "
+                f"siblings go on ({spans_text(spans, 2)})",
+                f"a dead sensor: the column is left empty there; {_without(flight, d.column)}",
+                "repair the sensor, or leave the column out of the mapping" if much else "nothing",
+                sure=0.99,
+                spans=spans,
+                channels=(d.column,),
+                values={"share": d.share, "value": d.value},
+            )
+        )
+    return found
+
+
+def _rotors(flight: Flight, vehicle: Vehicle | None) -> tuple[str, ...]:
+    """The vehicle's measured rotors; without a vehicle those up to the last that ever turned: more have no motor."""
+    speeds = flight.numbered("rotor_")
+    turned = np.flatnonzero((np.nan_to_num(speeds) != 0).any(axis=0))
+    count = len(vehicle.rotors) if vehicle is not None else turned[-1] + 1 if len(turned) else 0
+    return tuple(f"rotor_{k}" for k in range(min(count, speeds.shape[1])))
+
+
+def _without(flight: Flight, column: str) -> str:
+    if not column.startswith("rotor_"):
+        what = {"w": "torques", "a": "the accelerometer's forces", "v": "velocities", "p": "positions"}[column[0]]
+        return f"{what} are not judged in these rows"
+    if flight.has(f"cmd_{column}"):
+        return "predictions rest on the commands, and measured speeds are not used"
+    return "without commands nothing is predicted there (a rotor that truly stopped reads so, too)"
+
+
+def _dead(t: Array, x: Array, c: int, whole: bool) -> Array:
+    """Rows (n,) in which column c repeats beyond chance while others change."""
+    change = np.diff(x, axis=0) != 0
+    new = np.delete(change, c, axis=1).any(axis=1)
+    same = ~change[:, c]
+    out = np.zeros(len(x), dtype=bool)
+    if new.sum() < 50 or not same.any() or not (_noisy(x, c) or whole):
+        return out
+    changes = int(change[:, c].sum())
+    repeats = runs(same)
+    if not changes:
+        return np.ones(len(x), dtype=bool)
+    # Laplace's rule of succession; a dead stretch is one run, however long
+    chance = (len(repeats) + 1) / (changes + 2)
+    if chance >= 1:
+        return out
+    step = np.abs(np.diff(x[:, c]))
+    smallest = step[step > 0].min()
+    extremes = x[:, c].min(), x[:, c].max()
+    for a, b in repeats:
+        if x[b, c] in extremes:
+            continue  # at the end of its range a column is saturated, or the motor idles
+        count = new[a:b].sum()
+        unlikely = count * np.log(1 / chance) > SURE and count > 0.5 * (b - a)
+        if not unlikely or t[b] - t[a] < SHORTEST:
+            continue
+        after = abs(x[b + 1, c] - x[b, c]) if b + 1 < len(x) else np.inf
+        if chance < COARSE or after > JUMP * smallest:
+            out[a : b + 1] = True
+    return out
+
+
+def _stopped(x: Array) -> Array:
+    """Readings (n, rotors) of exactly zero while most others run at half their usual speed or more."""
+    size = np.abs(x)
+    usual = np.array([np.median(s[s > 0]) if (s > 0).any() else 0.0 for s in size.T])
+    live = usual > 0
+    running = (size > 0.5 * usual) & live
+    others = (running.sum(axis=1)[:, None] - running) / max(live.sum() - 1, 1)
+    return (x == 0) & (others > 0.5)
+
+
+def _noisy(x: Array, c: int) -> bool:
+    """Whether the column, where it changes, or one of its siblings has noise on every sample."""
+    for k in range(x.shape[1]):
+        y = x[:, k]
+        first = np.diff(y)
+        moving = first[first != 0]
+        if len(moving) > 20 and np.median(np.abs(np.diff(moving))) > ROUGH * np.median(np.abs(moving)):
+            return True
+    return False
