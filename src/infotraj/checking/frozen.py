@@ -90,15 +90,15 @@ def still_streams(flight: Flight, airborne: Array, held: Sequence[Held] = ()) ->
         if good.sum() < 20:
             continue
         t, where, x = flight.t[good], np.flatnonzero(good), x[good]
-        change = np.diff(x, axis=0) != 0
-        same = ~change.any(axis=1)
+        same = (np.diff(x, axis=0) == 0).all(axis=1)
         if same.all():
             continue
         shortest = max(SHORTEST, TIMES_USUAL * period.get(columns, 0.0))
+        chance = repeat_chance(x)
         rows = np.zeros(len(flight.table), dtype=bool)
         for a, b in runs(same & airborne[good][1:]):
             # steps a..b-1 are equal: samples a..b
-            if t[b] - t[a] >= shortest and _jumps_after(x, change, a, b):
+            if t[b] - t[a] >= shortest and _beyond_rest(x, chance, a, b):
                 rows[where[a] : where[b] + 1] = True
         if rows.any() and not _all_still(flight, rows, columns, groups):
             found.append(Dead(columns, rows))
@@ -163,14 +163,12 @@ def _long(t: Array, mask: Array) -> list[tuple[int, int]]:
     return [run for run, seconds in zip(found, length, strict=True) if seconds >= limit]
 
 
-def _jumps_after(x: Array, change: Array, a: int, b: int) -> bool:
+def _beyond_rest(x: Array, chance: float, a: int, b: int) -> bool:
     """Whether equal samples a..b are more than a coarse channel at rest: chance does not repeat so often, or the next
     sample is several of the channel's own steps away."""
-    chance = repeat_chance(change)
-    least = 1.0 if np.isnan(chance).all() else float(np.nanmin(chance))
-    if (b - a) * np.log(1 / least) < SURE:
-        return False
-    if least < COARSE or b + 1 >= len(x):
+    if np.isnan(chance) or (b - a) * np.log(1 / chance) < SURE:
+        return bool(np.isnan(chance))
+    if chance < COARSE or b + 1 >= len(x):
         return True
     size = np.abs(np.diff(x, axis=0))
     smallest = np.array([s[s > 0].min() if (s > 0).any() else np.inf for s in size.T])

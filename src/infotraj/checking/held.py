@@ -3,7 +3,8 @@
 A repeated row is no sample. What tells it from a sample that happens to be equal (a quantised or a resting channel) is
 the other columns of the stream: a row in which one of them changes is certainly a new sample, so the share of such
 rows in which a column keeps its value is that column's chance to repeat by itself. Rows that repeat every column at
-once, far more often than the least of these chances, are held.
+once, far more often than the least of these chances, are held. Not so a channel in coarse steps: most of its changes
+are by one step, or it comes back to values that it had before, which a sensor's last bits never do.
 """
 
 from __future__ import annotations
@@ -25,6 +26,8 @@ FEWEST_NEW = 8  # new samples without which nothing can be said
 # Held beyond chance: this many times the chance, and by this share of the rows.
 TIMES_CHANCE = 2.0
 BEYOND_CHANCE = 0.03
+# A stream whose new samples equal an earlier one, not the last, so often is written in coarse steps.
+COMES_BACK = 0.05
 
 
 @dataclass(frozen=True)
@@ -62,54 +65,52 @@ def held_streams(flight: Flight, airborne: Array) -> list[Held]:
     return [held for g in measured_groups(flight) if (held := _held(flight, g, airborne)) is not None]
 
 
-def repeat_chance(change: Array) -> Array:
-    """For each column the share of certainly new samples in which it repeats, (c,); NaN where there are too few.
+def repeat_chance(x: Array) -> float:
+    """The chance that a new sample repeats all columns of the last one, from the samples x (n, c); NaN if unknown.
 
-    change (n, c) bool: which columns changed from one sample to the next.
+    It is at most that of the column that repeats most rarely: where another column changed, or, for one in steps, by
+    the share of its changes that are a single step (a normal change of s steps repeats half as often as it is one).
     """
+    change = np.diff(x, axis=0) != 0
     count = change.sum(axis=1)
-    out = np.full(change.shape[1], np.nan)
-    for c in range(change.shape[1]):
+    out = np.full(x.shape[1], np.nan)
+    for c in range(x.shape[1]):
         new = count - change[:, c] > 0
-        if new.sum() >= FEWEST_NEW:
-            # Laplace's rule of succession: few samples leave much to chance.
-            out[c] = ((~change[new, c]).sum() + 1) / (new.sum() + 2)
-    return out
+        if new.sum() < FEWEST_NEW:
+            continue
+        # Laplace's rule of succession: few samples leave much to chance.
+        seen = ((~change[new, c]).sum() + 1) / (new.sum() + 2)
+        step = np.abs(np.diff(x[:, c]))[change[:, c]]
+        single = float((step < 1.5 * step.min()).mean()) if len(step) else 0.0
+        out[c] = max(seen, 0.5 * single + 0.5 * single**8)
+    return float("nan") if np.isnan(out).all() else float(np.nanmin(out))
 
 
 def held_findings(held: Sequence[Held], airborne: Array) -> list[Finding]:
-    """One note about streams held throughout, one about streams that repeat now and then."""
-    found = []
-    always = [h for h in held if h.always]
-    if always:
-        text = ", ".join(f"{_name(h)} at {h.hz:.3g} Hz in rows of {h.row_hz:.3g} Hz" for h in always)
-        found.append(
-            Finding(
-                "held",
-                "note",
-                f"samples are held until the next one: {text}",
-                "repeated rows are no samples: they are left empty, and what is derived from them is derived anew",
-                "nothing; a log at the sensors' own rates says the same in less space",
-                channels=tuple(c for h in always for c in h.columns),
-                values={_name(h): {"hz": h.hz, "row_hz": h.row_hz} for h in always},
-            )
+    """One note about the streams that repeat their samples, throughout or now and then."""
+    said, values = [], {}
+    for h in held:
+        share = float((h.rows & airborne).sum() / max(airborne.sum(), 1))
+        if h.always:
+            said.append(f"{_name(h)} at {h.hz:.3g} Hz in rows of {h.row_hz:.3g} Hz")
+        elif share > 0:
+            said.append(f"{_name(h)} now and then ({100 * share:.2g} % of the flight)")
+        else:
+            continue
+        values[_name(h)] = {"hz": h.hz, "row_hz": h.row_hz, "share": share}
+    if not said:
+        return []
+    return [
+        Finding(
+            "held",
+            "note",
+            f"samples are repeated until the next one comes: {', '.join(said)}",
+            "repeated rows are no samples: they are left empty, and what is derived from them is derived anew",
+            "nothing; a log at the sensors' own rates says the same in less space",
+            channels=tuple(c for h in held if _name(h) in values for c in h.columns),
+            values=values,
         )
-    some = [(h, float((h.rows & airborne).sum() / max(airborne.sum(), 1))) for h in held if not h.always]
-    some = [(h, share) for h, share in some if share > 0]
-    if some:
-        found.append(
-            Finding(
-                "repeated",
-                "warning" if max(s for _, s in some) > 0.05 else "note",
-                "the last sample is repeated where the next one was lost: "
-                + ", ".join(f"{_name(h)} in {100 * share:.2g} % of the flight" for h, share in some),
-                "these rows are no samples: they are left empty",
-                "find out what the logger lost" if max(s for _, s in some) > 0.05 else "nothing",
-                channels=tuple(c for h, _ in some for c in h.columns),
-                values={_name(h): share for h, share in some},
-            )
-        )
-    return found
+    ]
 
 
 def rates(held: Sequence[Held]) -> dict[str, dict[str, Any]]:
@@ -127,11 +128,11 @@ def _held(flight: Flight, columns: tuple[str, ...], airborne: Array) -> Held | N
     if len(where) < 20:
         return None
     t, air = flight.t[where], airborne[where]
-    change = np.diff(x[where], axis=0) != 0
-    same = ~change.any(axis=1)
+    x = x[where]
+    same = (np.diff(x, axis=0) == 0).all(axis=1)
     rows = np.zeros(len(flight.table), dtype=bool)
     row_hz = _hz(t)
-    said = [(part, _beyond_chance(change[part])) for part in _parts(t)]
+    said = [(part, _beyond_chance(x[part.start : part.stop + 1])) for part in _parts(t)]
     votes = [yes for _, yes in said if yes is not None]
     always = bool(votes) and np.mean(votes) > 0.5
     for part, yes in said:
@@ -149,14 +150,16 @@ def _parts(t: Array) -> list[slice]:
     return [slice(a, b) for a, b in pairwise(edges)]
 
 
-def _beyond_chance(change: Array) -> bool | None:
+def _beyond_chance(x: Array) -> bool | None:
     """Whether whole samples repeat more often than chance has it; None where nothing moves enough to tell."""
-    chance = repeat_chance(change)
-    if np.isnan(chance).all():
+    chance = repeat_chance(x)
+    if np.isnan(chance):
         return None
-    least = float(np.nanmin(chance))
-    share = float((~change.any(axis=1)).mean())
-    return share > max(TIMES_CHANCE * least, least + BEYOND_CHANCE)
+    same = (np.diff(x, axis=0) == 0).all(axis=1)
+    if same.mean() <= max(TIMES_CHANCE * chance, chance + BEYOND_CHANCE):
+        return False
+    new = x[np.concatenate([[True], ~same])]
+    return len(np.unique(new, axis=0)) > (1 - COMES_BACK) * len(new)
 
 
 def _hz(t: Array) -> float:

@@ -21,6 +21,7 @@ END = 0.1  # share of the range that counts as its end
 MIDDLE = 0.3  # share of the samples away from both ends: a signal that switches between two values does not wrap
 LARGE = 0.3  # of the largest usual size: smaller values may well change their sign
 GAP = 3.5  # usual steps
+SPIKE = 5  # samples: what comes back so soon is a spike
 MODULI = ((2 * np.pi, "2 pi"), (360.0, "360"), (65536.0, "2^16"), (256.0, "2^8"))
 
 
@@ -97,7 +98,7 @@ def _jumped(flight: Flight, column: str, airborne: Array) -> Jumped | None:
     for code, at in (("sign_flips", flips & ~wraps), ("wrapped", wraps)):
         jumps = np.flatnonzero(at)
         size = float(np.median(np.abs(step[jumps]))) if len(jumps) else 0.0
-        if not len(jumps) or (len(jumps) == 1 and (code == "sign_flips" or not _known(size))):
+        if not len(jumps) or not _lasts(at, step) or (len(jumps) == 1 and (code == "sign_flips" or not _known(size))):
             continue
         if code == "sign_flips" and column.startswith(("tilt_", "cmd_")):
             continue
@@ -108,6 +109,13 @@ def _jumped(flight: Flight, column: str, airborne: Array) -> Jumped | None:
             rows[good[other != usual]] = True
         return Jumped(code, column, t[jumps + 1], size, rows)
     return None
+
+
+def _lasts(at: Array, step: Array) -> bool:
+    """Whether the column stays away for more than a few samples: else these are spikes."""
+    level = np.concatenate([[0], np.cumsum(np.where(at, np.sign(step), 0.0))])
+    longest = [max(b - a for a, b in runs(level == value)) for value in np.unique(level)]
+    return sum(length > SPIKE for length in longest) > 1
 
 
 def _known(size: float) -> bool:

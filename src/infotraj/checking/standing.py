@@ -34,7 +34,8 @@ def standing_rows(flight: Flight) -> Array:
     cell = ((t - t[0]) / CELL).astype(int)
     motors = _motors(flight)
     level = float(np.nanpercentile(np.abs(motors), 95)) if motors is not None and np.isfinite(motors).any() else 0.0
-    calm = np.ones(part[-1] + 1, dtype=bool)
+    # what gaps leave of a second says little
+    calm = np.bincount(part) > 0.5 * SPAN / float(np.median(np.diff(t)))
     exact = np.ones(part[-1] + 1, dtype=bool)
     for columns, limit in (
         (RATE, STILL_RATE),

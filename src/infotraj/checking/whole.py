@@ -101,7 +101,7 @@ def examine(
     held = beyond_still(held, still)
     findings += dead_findings(flight, still, air.rows, "still") + held_findings(held, air.rows)
     new = [Void("stuck", d.columns, flight.t[d.rows]) for d in still]
-    new += [Void("held" if h.always else "repeated", h.columns, flight.t[h.rows]) for h in held if h.rows.any()]
+    new += [Void("held", h.columns, flight.t[h.rows]) for h in held if h.rows.any()]
     flight, voids = emptied(flight, new), voids + new
     findings += timing.gaps(flight, air.rows) + timing.jitter(flight)
     dead = dead_columns(flight, air.rows, vehicle)
