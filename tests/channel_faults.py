@@ -29,7 +29,7 @@ def measured(seed, rate_hz=100.0, duration=16.0, commands=False):
 
 
 def held(flight, columns, every, jitter=0.0, phase=0.0, seed=0):
-    """The columns as samples of every `every` rows, held until the next; `jitter`: of the period, standard deviation."""
+    """The columns as samples of every `every` rows, held until the next; `jitter`: its deviation, of the period."""
     rng = np.random.default_rng([17, seed])
     t, step = flight.t, float(np.median(np.diff(flight.t)))
     due = np.arange(phase * step, t[-1], every * step)
@@ -124,7 +124,7 @@ FAULTS: dict[str, Fault] = {
     "rates in steps as large as they are": Fault(
         lambda f, r: rounded(f, ["wx"], r.uniform(1.3, 2.0) * f.get("wx")[f.t > 5].std()), "quantised", ("wx",)
     ),
-    "a rotor's counter wraps": Fault(lambda f, r: _wrapped(f, "rotor_3", r.uniform(0.6, 0.8)), "wrapped", ("rotor_3",)),
+    "a position's counter wraps": Fault(lambda f, r: _wrapped(f, "px", r.uniform(0.6, 0.8)), "wrapped", ("px",)),
     "a rotor changes its sign": Fault(_flipped, "sign_flips", ("rotor_2",)),
     "a clipped gyro": Fault(lambda f, r: _clipped(f, "wx", r), "saturated", ("wx",)),
     "a clipped accelerometer": Fault(lambda f, r: _clipped(f, "az", r), "saturated", ("az",)),

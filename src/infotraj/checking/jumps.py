@@ -16,7 +16,7 @@ from infotraj.flight import POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
 from infotraj.rotations import Array
 
 # A jump is so many times what 95 % of the steps stay below.
-JUMP = 10.0
+JUMP = 5.0
 END = 0.1  # share of the range that counts as its end
 MIDDLE = 0.3  # share of the samples away from both ends: a signal that switches between two values does not wrap
 LARGE = 0.3  # of the largest usual size: smaller values may well change their sign
@@ -95,7 +95,12 @@ def _jumped(flight: Flight, column: str, airborne: Array) -> Jumped | None:
     flips = (
         far & (np.abs(x[1:] + x[:-1]) < 0.1 * np.abs(step)) & (np.abs(step) / 2 > LARGE * np.percentile(np.abs(x), 95))
     )
-    for code, at in (("sign_flips", flips & ~wraps), ("wrapped", wraps)):
+    both = wraps & flips
+    if both.any():
+        # from one end to the other is also from x to -x where the range is symmetric: the slope tells
+        other = flips if _slope_goes_on(x, np.flatnonzero(both)) else wraps
+        other &= ~both
+    for code, at in (("sign_flips", flips), ("wrapped", wraps)):
         jumps = np.flatnonzero(at)
         size = float(np.median(np.abs(step[jumps]))) if len(jumps) else 0.0
         if not len(jumps) or not _lasts(at, step) or (len(jumps) == 1 and (code == "sign_flips" or not _known(size))):
@@ -116,6 +121,12 @@ def _lasts(at: Array, step: Array) -> bool:
     level = np.concatenate([[0], np.cumsum(np.where(at, np.sign(step), 0.0))])
     longest = [max(b - a for a, b in runs(level == value)) for value in np.unique(level)]
     return sum(length > SPIKE for length in longest) > 1
+
+
+def _slope_goes_on(x: Array, jumps: Array) -> bool:
+    """Whether the slope after the jumps is that before them, as in a wrap; a change of sign turns it round."""
+    inside = jumps[(jumps >= 3) & (jumps + 4 < len(x))]
+    return bool(np.sum((x[inside] - x[inside - 3]) * (x[inside + 4] - x[inside + 1])) > 0)
 
 
 def _known(size: float) -> bool:
