@@ -38,6 +38,7 @@ def as_json(checks: list[Check], accept: Collection[str] = ()) -> dict[str, Any]
                 "coverage": plain(c.coverage),
                 "cannot_answer": c.unanswerable,
                 "lags": {name: {"lag": lag, "standard_error": error} for name, (lag, error) in c.lags.items()},
+                "rates": plain(c.rates),
             }
             for c in checks
         ],
