@@ -48,7 +48,8 @@ def test_a_hover_says_nothing_about_body_or_world_rates():
     still = FLIGHTS["quadrotor"].table.iloc[: len(t)].assign(t=t, **dict(zip(Q, q.T, strict=True)), **noise)
     still = still.assign(**dict.fromkeys(P[:2] + V, 0.0), pz=1.0, ax=0.0, ay=0.0, az=9.81)
     still = still.assign(**{n: still[n] + 1e-3 * rng.standard_normal(len(t)) for n in (*P, *V, *A)})
-    assert named(examine(Flight(still.drop(columns=[f"cmd_rotor_{k}" for k in range(4)])))) == set()
+    still = still.drop(columns=[f"cmd_rotor_{k}" for k in range(4)]).assign(airborne=1.0)
+    assert named(examine(Flight(still))) == set()
 
 
 def test_without_an_attitude_units_of_the_accelerometer_are_still_judged():

@@ -91,7 +91,7 @@ def _believed(flight: Flight, flag: Airborne, other: Airborne) -> Airborne:
         if seconds > CLEARLY_LONG:
             what = f"the log's flag never says that it flies, {other.how} say so for {other.seconds(t):.1f} s"
             return replace(other, against=f"{what}: they are believed")
-    if flag.rows.all() and not other.rows.any():
+    if flag.rows.all() and not other.rows.any() and other.how != "motion":
         what = f"the log's flag says that it flies throughout, {other.how} that it never does"
         return replace(other, against=f"{what}: they are believed")
     return flag

@@ -118,9 +118,11 @@ def _dead(t: Array, x: Array, c: int, whole: bool) -> Array:
     step = np.abs(np.diff(x[:, c]))
     smallest = step[step > 0].min()
     extremes = x[:, c].min(), x[:, c].max()
+    at_end = [x[b, c] for _, b in repeats if x[b, c] in extremes]
     for a, b in repeats:
-        if x[b, c] in extremes:
-            continue  # at the end of its range a column is saturated, or the motor idles
+        # at the end of its range a motor idles or is saturated; a sensor that is clipped comes back there
+        if x[b, c] in extremes and (whole or at_end.count(x[b, c]) > 1):
+            continue
         count = new[a:b].sum()
         unlikely = count * np.log(1 / chance) > SURE and count > 0.5 * (b - a)
         if not unlikely or t[b] - t[a] < SHORTEST:
