@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from infotraj.checking.finding import Finding
-from infotraj.checking.standing import standing_rows
+from infotraj.checking.motionless import motionless_rows
 from infotraj.checking.streams import runs
 from infotraj.flight import COMMANDED_FORCE, Flight
 from infotraj.rotations import Array
@@ -64,7 +64,7 @@ def _judged(flight: Flight, vehicle: Vehicle | None) -> Airborne:
     clearance = max([CLEARANCE, *(0.5 * r for r in radii)])
     motors = _motors_on(flight)
     z = _filled(flight.get("pz")[:, 0]) if flight.has("pz") else None
-    standing = standing_rows(flight)
+    standing = motionless_rows(flight)
     if motors is not None:
         on, how = motors
         if (on & standing).any():

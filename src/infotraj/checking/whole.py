@@ -8,12 +8,13 @@ from typing import Any
 import pandas as pd
 
 from infotraj.checking import timing
-from infotraj.checking.actuation import carrying_findings
+from infotraj.checking.acceptance import accepted_codes, marked
+from infotraj.checking.actuation import carrying_findings, column_findings
 from infotraj.checking.beside import Beside
 from infotraj.checking.conventions import convention_findings
 from infotraj.checking.coverage import coverage, excitation_findings
 from infotraj.checking.divergence import reference_not_followed
-from infotraj.checking.finding import Finding, Outcome, Span, ordered, outcome, usable_spans
+from infotraj.checking.finding import Finding, Outcome, Span, outcome, usable_spans
 from infotraj.checking.load import Loaded
 from infotraj.checking.motion import Judge, judge_motion
 from infotraj.checking.questions import question_findings, unanswerable
@@ -82,7 +83,7 @@ def examine(
     samples = sampled(flight, vehicle)
     flight, air = samples.flight, samples.air
     findings += samples.findings
-    findings += carrying_findings(flight, air.rows, vehicle)
+    findings += column_findings(flight, air.rows, vehicle) + carrying_findings(flight, air.rows, vehicle)
     gravity = vehicle.gravity if vehicle else GRAVITY
     moved = judge_motion(flight, air, gravity, others, judge)
     findings += moved.findings

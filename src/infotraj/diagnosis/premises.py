@@ -18,8 +18,7 @@ from infotraj import rotations
 from infotraj.checking import examine
 from infotraj.checking.admission import admitted
 from infotraj.checking.airborne import airborne_rows
-from infotraj.checking.streams import runs
-from infotraj.comparing.equation_error import equation_error
+from infotraj.comparing.equation_error import AXES, equation_error
 from infotraj.diagnosis import agreement, vehicle_faults
 from infotraj.diagnosis.candidates import Candidate
 from infotraj.diagnosis.doubt import Doubt, as_accepted, reached, refused_axes
@@ -173,7 +172,7 @@ def _steps(flight: Flight, rows: NDArray, vehicle: Vehicle) -> dict[str, float]:
             x = flight.get(*columns)[rows]
             known = np.isfinite(x).all(axis=1)
             t = flight.t[rows][known]
-            changed = _new_values(x[known])
+            changed = _new_values(np.any(np.diff(x[known], axis=0) != 0.0, axis=1))
             if len(t) > 1 and len(changed) == 0:
                 out[f"{name} {what}"] = np.inf
             elif len(changed) > 10:
@@ -181,13 +180,15 @@ def _steps(flight: Flight, rows: NDArray, vehicle: Vehicle) -> dict[str, float]:
     return out
 
 
-def _new_values(x: Array) -> NDArray:
-    """Steps (m,) of x (n, c) at which a new value begins. A row that holds the mean of two values, because
-    the change lies between two rows, begins none."""
-    step = np.diff(x, axis=0)
-    changes = np.any(step != 0.0, axis=1)
-    blended = np.zeros(len(changes), dtype=bool)
-    for a, b in runs(changes):
-        if b - a == 2 and np.all(step[a] * step[a + 1] >= 0.0):
-            blended[a + 1] = True
-    return np.flatnonzero(changes & ~blended)
+def _new_values(differs: NDArray) -> NDArray:
+    """Where a new value begins; differs (n - 1,): whether a row's values are not those of the row before.
+
+    A value that comes between two rows changes two of them: the one that holds the mean of old and new, and the next.
+    """
+    at = np.flatnonzero(differs)
+    if len(at) < 2:
+        return at
+    apart = np.diff(at) > 1
+    after, before = np.append(apart, True), np.insert(apart, 0, True)
+    mean_of_two = ~after & before & np.append(after[1:], False)
+    return at[~mean_of_two]
