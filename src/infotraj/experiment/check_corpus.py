@@ -150,7 +150,7 @@ def tables(result: dict[str, Any]) -> str:
             lines.append(f"| {name} | {code} | {counts} | {sentence} |")
     if result["unreadable"]:
         whys = Counter((r["source"], r["why"]) for r in result["unreadable"])
-        said = [f"{count} of {source} ({why})" for (source, why), count in whys.items()]
+        said = [f"{count} of {source} ({why[:120]})" for (source, why), count in whys.items()]
         lines += ["", f"Not imported: {'; '.join(said)}."]
     return "\n".join(lines) + "\n"
 

@@ -25,8 +25,11 @@ def judge(recipe: Recipe, base_seed: int, spoil: bool) -> list[Row]:
     try:
         log = recipe.make()
     except InfotrajError as error:
-        name = str(getattr(recipe, "path", recipe))
-        return [{"source": recipe.source, "log": name, "part": "unreadable", "why": " ".join(str(error).split())}]
+        # where the data sets lie is nobody's business
+        path = getattr(recipe, "path", None)
+        why = " ".join(str(error).split())
+        name, why = (path.name, why.replace(f"{path}: ", "")) if path else (str(recipe), why)
+        return [{"source": recipe.source, "log": name, "part": "unreadable", "why": why}]
     rows = [_row(log, "whole", log.loaded)]
     rows += [_row(log, "segment", piece) for piece in segments(log.loaded)]
     if spoil and log.moving:
