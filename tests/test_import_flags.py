@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import textwrap
 from pathlib import Path
 
 import numpy as np
@@ -122,6 +123,27 @@ def test_flags_together() -> None:
     np.testing.assert_array_equal(together, column(1, 0, 0, nan))
     assert np.isnan(in_the_air([column(0, 0, nan)])).all()
     np.testing.assert_array_equal(in_the_air([column(nan, 0, 0)]), column(nan, 0, 0))
+
+
+def test_the_mapping_of_a_normalised_wrench_that_the_docs_show_is_read(tmp_path: Path) -> None:
+    """Thrust and torque setpoints become N and N m by the scales of whoever knows them."""
+    text = (Path(__file__).parents[1] / "docs/logging.md").read_text()
+    block = text[text.index("      name: px4_wrench") : text.index("Over ROS 2, MCAP bags")]
+    (tmp_path / "wrench.yaml").write_text(textwrap.dedent(block))
+    flight = _throttled(2.0)
+    formats = [
+        f"vehicle_{n}_setpoint:uint64_t timestamp;uint64_t timestamp_sample;float[3] xyz;" for n in ("thrust", "torque")
+    ]
+    times = [5_000_000 + round(t * 1e6) for t in flight.t]
+    data = [(100, struct.pack("<QQ3f", us, us, 0.0, 0.0, -0.5)) for us in times]
+    data += [(101, struct.pack("<QQ3f", us, us, 0.1, 0.2, 0.5)) for us in times]
+    topics = [("vehicle_thrust_setpoint", 0), ("vehicle_torque_setpoint", 0)]
+    (tmp_path / "wrench.ulg").write_bytes(_ulog(flight, formats, topics, data))
+    found = import_log(tmp_path / "wrench.ulg", tmp_path / "wrench.yaml")
+    np.testing.assert_allclose(found.get("cmd_fx", "cmd_fy", "cmd_fz")[5], [0.0, 0.0, 24.0], atol=1e-6)
+    # forward-right-down to forward-left-up
+    np.testing.assert_allclose(found.get("cmd_tx", "cmd_ty", "cmd_tz")[5], [0.21, -0.42, -0.2], atol=1e-6)
+    assert not import_log(tmp_path / "wrench.ulg").has("cmd_fx")
 
 
 def test_states_are_for_airborne_alone() -> None:
