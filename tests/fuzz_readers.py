@@ -11,6 +11,7 @@ repeats it.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import os
 import re
@@ -243,8 +244,22 @@ def mapping_of(path: Path) -> Any:
     return None if given is None else parse_mapping(given)
 
 
+class Hang(BaseException):
+    """A case took too long; no Exception, because readers turn those into refusals."""
+
+
 def _too_long(*_: Any) -> None:
-    raise TimeoutError(f"more than {SECONDS} s")
+    raise Hang(f"more than {SECONDS} s")
+
+
+def warmed(logs: list[Path]) -> None:
+    """Imports every whole log once, so that no case waits for a compiler."""
+    from infotraj.errors import InfotrajError
+    from infotraj.importing import import_log
+
+    for log in logs:
+        with contextlib.suppress(InfotrajError):
+            import_log(log, mapping_of(log), allow_damaged=True)
 
 
 def fuzz(start: int, count: int, logs: list[Path], report: Path) -> None:
@@ -271,6 +286,7 @@ def main() -> int:
         if options.case is not None:
             print(json.dumps(run_case(options.case, logs, folder), indent=1).replace("\\n", "\n"))
             return 0
+        warmed(logs)
         report = options.report or folder / "report.jsonl"
         until, start, crashes = time.monotonic() + 60 * options.minutes, options.seed * 10_000_000, 0
         while time.monotonic() < until:

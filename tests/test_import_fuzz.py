@@ -12,6 +12,7 @@ def test_damaged_logs_of_every_kind_end_in_one_line_and_leave_nothing(tmp_path: 
     (tmp_path / "work").mkdir()
     logs = fuzz_readers.seeds(tmp_path / "logs")
     assert len(logs) >= 14
+    fuzz_readers.warmed(logs)
     found = [fuzz_readers.run_case(case, logs, tmp_path / "work") for case in range(4 * len(logs))]
     assert [line for line in found if line["outcome"] == "failed"] == []
     assert {line["outcome"] for line in found} == {"flight", "refused"}
