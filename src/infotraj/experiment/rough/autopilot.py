@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from infotraj import rotations
-from infotraj.experiment.gauss_markov import smooth_gauss_markov
+from infotraj.experiment.gauss_markov import gauss_markov, smooth_gauss_markov
 from infotraj.experiment.rough.columns import held, numbered, replaced, step
 from infotraj.experiment.rough.filters import lagged
 from infotraj.experiment.rough.vibration import shaken
@@ -31,12 +31,13 @@ def autopilot(flight: Flight, vehicle: Vehicle, rng: np.random.Generator) -> Fli
 
 
 def estimated(flight: Flight, rng: np.random.Generator) -> Flight:
-    """The pose and velocity of an estimator: each error a Gauss-Markov process of second order over 1 to 5 s, its size
-    the usual one times 0.5 to 1.5."""
+    """The pose and velocity of an estimator: each error a Gauss-Markov process over 1 to 5 s, its size the usual one
+    times 0.5 to 1.5; of second order, or, in every other log, of first: a filter that jumps at each correction."""
     n, h = len(flight.t), step(flight)
+    process = gauss_markov if rng.random() < 0.5 else smooth_gauss_markov
 
     def error(size: float) -> np.ndarray:
-        return size * rng.uniform(0.5, 1.5) * smooth_gauss_markov(n, h, rng.uniform(1.0, 5.0), rng)
+        return size * rng.uniform(0.5, 1.5) * process(n, h, rng.uniform(1.0, 5.0), rng)
 
     for names, size in ((POSITION, _POSITION), (VELOCITY, _VELOCITY)):
         if flight.has(*names):
