@@ -18,6 +18,7 @@ from infotraj.importing.units import STANDARD_GRAVITY, conversion
 from infotraj.rotations import Array
 
 
+@np.errstate(over="ignore", invalid="ignore")  # damaged numbers become inf or NaN, and are refused as such
 def channel_values(name: str, mapped: ChannelMap, stream: StreamMap, mapping: Mapping, samples: Samples) -> Array:
     """One channel's samples (n, columns) in SI and in the table's axes, but vectors still `expressed_in` as logged."""
     channel = CHANNELS[name]
@@ -51,6 +52,7 @@ def needs_attitude(name: str, mapped: ChannelMap) -> bool:
     return turned or mapped.gravity_removed
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def turn(name: str, mapped: ChannelMap, values: Array, q: Array) -> Array:
     """Vectors (n, 3) with attitudes q (n, 4) in the axes of the table; gravity put back where it was removed."""
     logged, wanted = expressed_in(name, mapped), CHANNELS[name].frame

@@ -95,7 +95,8 @@ class CrazyflieLog:
                     while self.has(request.topic, name.replace("*", str(count))):
                         count += 1
                     columns = [self._column(event, name.replace("*", str(k)), offsets) for k in range(count)]
-                    numbers[name] = np.stack(columns, axis=-1).astype(float)
+                    stacked = np.stack(columns, axis=-1) if columns else np.zeros((len(offsets), 0))
+                    numbers[name] = stacked.astype(float)
                 else:
                     numbers[name] = self._column(event, name, offsets).astype(float)
             stamp = self._column(event, "timestamp", offsets).astype(np.int64)
