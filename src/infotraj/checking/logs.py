@@ -1,20 +1,23 @@
-"""Many logs in one go: each checked by itself, and copies among them found."""
+"""Many logs in one go: each checked, those of one mapping judged alike, and copies among them found."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Hashable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from infotraj.checking.acceptance import accepting
 from infotraj.checking.admission import beside
+from infotraj.checking.conventions import convention_findings
 from infotraj.checking.finding import Finding
 from infotraj.checking.identical import content_hash, copy_finding
-from infotraj.checking.load import load
+from infotraj.checking.load import Loaded, load
+from infotraj.checking.motion import Judge
+from infotraj.checking.pooled import agreed, mapping_key
 from infotraj.checking.standing import standing
 from infotraj.checking.whole import Check, examine
 from infotraj.errors import InputError
-from infotraj.flight import sha256
+from infotraj.flight import Flight, sha256
 from infotraj.importing import Mapping, Settings, load_mapping
 from infotraj.vehicle import Vehicle
 
@@ -28,35 +31,52 @@ def check_logs(
     *,
     settings: Settings | None = None,
     accept: Collection[str] = (),
-) -> Iterator[Check]:
-    """The checks of logs or flight tables, in order.
+) -> list[Check]:
+    """The checks of logs or flight tables, in order; logs that share a mapping get one answer about conventions.
 
     A log that cannot be read is rejected with the reason. A copy of an earlier log is rejected too: the same bytes
     without a second look, the same numbers in another format after it. accept: codes of findings that the user
     overrules, beside those that a flight's metadata accept.
     """
     chosen = load_mapping(mapping) if isinstance(mapping, (str, Path)) else mapping
+
+    def read(path: Path) -> Loaded:
+        loaded = load(path, chosen, start, stop, settings)
+        return replace(loaded, flight=accepting(loaded.flight, accept))
+
+    def judged(path: Path, loaded: Loaded, judge: Judge = convention_findings) -> Check:
+        found = examine(loaded, vehicle, judge)
+        return replace(found, source=str(path), findings=standing(found.findings, loaded.plan))
+
     bytes_seen: dict[str, str] = {}
     numbers_seen: dict[str, str] = {}
+    checks: list[Check] = []
+    keys: list[Hashable] = []
+    copies: dict[int, tuple[Finding, Flight]] = {}
     for path in map(Path, paths):
         digest = sha256(path) if path.is_file() else str(path.resolve())
+        keys.append(str(path))
         if digest in bytes_seen and "copy" not in accept:
-            yield _refused(path, copy_finding(bytes_seen[digest], same_bytes=True))
+            checks.append(_refused(path, copy_finding(bytes_seen[digest], same_bytes=True)))
             continue
         bytes_seen.setdefault(digest, str(path))
         try:
-            loaded = load(path, chosen, start, stop, settings)
-            loaded = replace(loaded, flight=accepting(loaded.flight, accept))
+            loaded = read(path)
         except InputError as error:
-            yield _refused(path, _unreadable(error))
+            checks.append(_refused(path, _unreadable(error)))
             continue
-        check = examine(loaded, vehicle)
-        check = replace(check, source=str(path), findings=standing(check.findings, loaded.plan))
         numbers = content_hash(loaded.flight)
         if numbers in numbers_seen:
-            check = beside(check, [copy_finding(numbers_seen[numbers], same_bytes=False)], loaded.flight)
+            again = copy_finding(numbers_seen[numbers], same_bytes=False)
+            copies[len(checks)] = again, Flight(loaded.flight.table.iloc[:0], loaded.flight.meta)
         numbers_seen.setdefault(numbers, str(path))
-        yield check
+        keys[-1] = mapping_key(loaded.flight)
+        checks.append(judged(path, loaded))
+    places = [Path(p) for p in paths]
+    checks = agreed(checks, keys, lambda k, judge: judged(places[k], read(places[k]), judge))
+    for k, (again, flight) in copies.items():
+        checks[k] = beside(checks[k], [again], flight)
+    return checks
 
 
 def _refused(path: Path, finding: Finding) -> Check:

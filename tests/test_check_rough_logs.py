@@ -1,0 +1,95 @@
+"""True logs pass, however rough: estimators' slow errors, shaken and filtered IMUs, poor accelerometers."""
+
+import numpy as np
+import pytest
+
+from infotraj.checking import check_logs, examine
+from infotraj.experiment.injected_errors import INJECTED
+from infotraj.experiment.kinematic_flights import simulated
+from infotraj.experiment.rough.autopilot import autopilot
+from infotraj.experiment.rough.nanodrone import nanodrone
+from infotraj.flight import POSITION, Flight
+from infotraj.vehicle import load_vehicle
+
+VEHICLE = load_vehicle("config/vehicles/quadrotor.yaml")
+
+
+def clean(seed, duration=30.0):
+    return simulated(seed, "quadrotor", duration=duration, noise=0.0)
+
+
+def rejections(flight):
+    return [(f.code, f.what) for f in examine(flight).findings if f.severity in ("reject", "cut")]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_log_as_an_autopilot_writes_it_passes(seed):
+    assert rejections(autopilot(clean(seed), VEHICLE, np.random.default_rng([1, seed]))) == []
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_nanodrones_log_with_a_poor_accelerometer_passes(seed):
+    assert rejections(nanodrone(clean(seed), VEHICLE, np.random.default_rng([2, seed]))) == []
+
+
+@pytest.mark.parametrize(
+    ("kind", "code"),
+    [
+        ("rates in deg/s", "rate_unit"),
+        ("position in mm", "position_unit"),
+        ("quaternion world to body", "attitude_inverse"),
+    ],
+)
+def test_errors_are_found_in_rough_logs_too(kind, code):
+    for seed in range(3):
+        rng = np.random.default_rng([3, seed])
+        wrong = INJECTED[kind].spoil(autopilot(clean(seed), VEHICLE, rng), VEHICLE, rng)
+        (finding,) = [f for f in examine(wrong).findings if f.severity == "reject"]
+        assert finding.code == code
+        assert finding.remedy.startswith("infotraj import LOG --set ")
+
+
+def test_a_still_vehicle_is_not_told_that_its_gyro_has_another_unit():
+    flight = clean(1)
+    rng = np.random.default_rng(4)
+    n = len(flight.t)
+    values = {
+        **dict.fromkeys(("vx", "vy", "vz"), 0.0),
+        **{c: np.median(flight.get(c)) + 1e-3 * rng.standard_normal(n) for c in POSITION},
+        **dict(zip(("qw", "qx", "qy", "qz"), (1.0, 0.0, 0.0, 0.0), strict=True)),
+        **{c: 0.05 * rng.standard_normal(n) for c in ("wx", "wy", "wz")},
+        **{c: (9.81 if c == "az" else 0.0) + 0.2 * rng.standard_normal(n) for c in ("ax", "ay", "az")},
+        "airborne": 1.0,
+    }
+    found = examine(Flight(flight.table.assign(**values))).findings
+    assert not [f.code for f in found if f.code.startswith(("rate_", "velocity_", "position_", "acceleration_"))]
+
+
+def test_logs_of_one_mapping_get_one_answer(tmp_path):
+    """Two gentle flights hardly tell body rates from world rates; a third one of the same mapping does."""
+    paths = []
+    for seed in range(3):
+        flight = simulated(20 + seed, "omav", duration=20.0)
+        if seed:
+            # nearly level, nearly no heading: the two frames agree
+            flight = gentle(flight)
+        wrong = INJECTED["rates in the world frame"].spoil(flight, VEHICLE, np.random.default_rng(seed))
+        paths.append(tmp_path / f"{seed}.parquet")
+        Flight(wrong.table, {}).write(paths[-1])
+    alone = [check_logs([p])[0].outcome for p in paths]
+    assert alone[0] == "rejected"
+    assert "passed" in alone[1:]
+    assert [c.outcome for c in check_logs(paths)] == ["rejected"] * 3
+
+
+def gentle(flight):
+    """The same flight with attitude and rates a hundredth as large."""
+    from infotraj import rotations
+
+    q = rotations.exp(0.01 * rotations.log(rotations.normalize(flight.get("qw", "qx", "qy", "qz"))))
+    rates = np.gradient(rotations.log(q), flight.t, axis=0) + 1e-3 * np.random.default_rng(0).standard_normal(
+        (len(q), 3)
+    )
+    columns = dict(zip(("qw", "qx", "qy", "qz", "wx", "wy", "wz"), np.hstack([q, rates]).T, strict=True))
+    table = flight.table.assign(**columns).drop(columns=["ax", "ay", "az"])
+    return Flight(table.assign(ax=np.nan, ay=np.nan, az=np.nan), dict(flight.meta))
