@@ -75,11 +75,21 @@ def test_logs_of_one_mapping_get_one_answer(tmp_path):
             flight = gentle(flight)
         wrong = INJECTED["rates in the world frame"].spoil(flight, VEHICLE, np.random.default_rng(seed))
         paths.append(tmp_path / f"{seed}.parquet")
-        Flight(wrong.table, {}).write(paths[-1])
+        Flight(wrong.table, {"mapping": "mine", "mapping_sha256": "1"}).write(paths[-1])
     alone = [check_logs([p])[0].outcome for p in paths]
     assert alone[0] == "rejected"
     assert "passed" in alone[1:]
     assert [c.outcome for c in check_logs(paths)] == ["rejected"] * 3
+
+
+def test_one_log_that_is_grossly_wrong_stays_rejected_beside_good_ones(tmp_path):
+    paths = [tmp_path / f"{seed}.parquet" for seed in range(3)]
+    for seed, path in enumerate(paths):
+        flight = simulated(30 + seed, "quadrotor", duration=15.0)
+        if seed == 2:
+            flight = INJECTED["rates in deg/s"].spoil(flight, VEHICLE, np.random.default_rng(0))
+        Flight(flight.table, {"mapping": "mine", "mapping_sha256": "1"}).write(path)
+    assert [c.outcome for c in check_logs(paths)] == ["passed", "passed", "rejected"]
 
 
 def gentle(flight):

@@ -68,7 +68,7 @@ def check_logs(
         numbers = content_hash(loaded.flight)
         if numbers in numbers_seen:
             again = copy_finding(numbers_seen[numbers], same_bytes=False)
-            copies[len(checks)] = again, Flight(loaded.flight.table.iloc[:0], loaded.flight.meta)
+            copies[len(checks)] = again, Flight(loaded.flight.table.iloc[:2], loaded.flight.meta)
         numbers_seen.setdefault(numbers, str(path))
         keys[-1] = mapping_key(loaded.flight)
         checks.append(judged(path, loaded))
