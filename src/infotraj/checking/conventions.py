@@ -7,7 +7,8 @@ The declared reading stands unless, in all logs that share a mapping together,
 2. that reading explains what moves: shrinking a noisy motion to nothing explains noise as well, and is no evidence,
 3. a vehicle can move so (`sizes`), and
 4. the declared reading fails in absolute terms: an identity that ties two channels is broken by more than sensors in
-   order break it (TOLERATED). Where it does not, the finding is a warning: odd, and harmless in this flight.
+   order break it (TOLERATED). Where it does not, the finding is a warning: odd, and harmless in this flight. A specific
+   force that is in order by this measure is no evidence at all: a poor accelerometer follows many readings.
 
 Otherwise check abstains: a hover does not tell body rates from world rates.
 """
@@ -27,7 +28,7 @@ from infotraj.checking.sentences import FACTORS, UNITS, WORDS, sentence
 from infotraj.checking.settings import command
 
 # What sensors in order leave of an identity, as a vector, over the averaging of `kinematics`.
-TOLERATED = {"rate": 0.03, "velocity": 0.05, "force": 0.3}  # rad/s, m/s, m/s^2
+TOLERATED = {"rate": 0.03, "velocity": 0.05, "force": 0.7}  # rad/s, m/s, m/s^2
 FAR_BETTER = float(np.log(3.0))  # of the product of the variances that are left
 SURE = 0.99
 MOST_UNEXPLAINED = 0.5
@@ -133,13 +134,14 @@ def _rejected(tables: Sequence[Table], declared: Joint, other: Joint) -> bool:
         # without the motion only gravity is left, and the thrust of fixed rotors looks like gravity in the world frame
         return False
     weighed = _all(tables, declared, other)
-    return weighed.gain() >= FAR_BETTER and weighed.sure >= SURE and _understood(weighed, declared, other)
+    telling = None if _fails(weighed, declared, other) else ("rate", "velocity")
+    return weighed.gain(telling) >= FAR_BETTER and weighed.sure >= SURE and _understood(weighed, declared, other)
 
 
 def _fails(weighed: Evidence, declared: Joint, other: Joint) -> bool:
-    """Whether an identity that the change touches is broken as declared, by more than a rough log breaks it."""
+    """Whether an identity is broken as declared, by more than a rough log breaks it, and mended by the change."""
     return any(
-        rest.rms(rest.declared) > TOLERATED[name]
+        rest.rms(rest.declared) > TOLERATED[name] and rest.gain() >= FAR_BETTER
         for name, rest in weighed.rests.items()
         if _touched(name, declared, other)
     )

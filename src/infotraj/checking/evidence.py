@@ -8,7 +8,7 @@ decided, so that ten logs of one vehicle get one answer.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import reduce
 
@@ -71,10 +71,11 @@ class Evidence:
         rests = {**self.rests, **more.rests, **shared}
         return Evidence(rests, np.concatenate([self.sums, more.sums], axis=1), max(self.tried, more.tried))
 
-    def gain(self) -> float:
-        """How much better the other reading is: the logarithm of the variances' ratio over all identities, on the half
-        of the seconds on which it is less."""
-        return min(sum(r.gain(half) for r in self.rests.values()) for half in range(HALVES))
+    def gain(self, names: Collection[str] | None = None) -> float:
+        """How much better the other reading is: the logarithm of the variances' ratio over all identities (or those of
+        `names`), on the half of the seconds on which it is less."""
+        counted = [r for n, r in self.rests.items() if names is None or n in names]
+        return min(sum(r.gain(half) for r in counted) for half in range(HALVES))
 
     @property
     def sure(self) -> float:
