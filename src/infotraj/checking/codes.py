@@ -20,9 +20,11 @@ CHECKED = (
     "velocity_clock_offset", "velocity_clock_varies", "velocity_clock_drift",
     "accelerometer_clock_offset", "accelerometer_clock_varies", "accelerometer_clock_drift",
     "response_before_command", "response_too_late", "response_lag",
-    "dead_stream", "stuck", "contradiction", "rates_unexplained", "estimate_diverged",
+    "dead_stream", "stuck", "held", "dead_column", "wrapped", "sign_flips", "quantised", "contradiction",
+    "rates_unexplained", "estimate_diverged",
     "time_backwards", "duplicate_times", "time_not_finite", "gaps", "jitter", "spikes", "saturated",
-    "impossible_command", "pose_jump", "no_flight", "low_flight", "reference_not_followed",
+    "impossible_command", "pose_jump", "no_flight", "airborne_flag", "low_flight",
+    "reference_not_followed",
     "clock_varies_between_logs", "copy", "unreadable", "cannot_answer", "nothing_measured", "not_excited",
 )  # fmt: skip
 # Of `diagnose`: why it refuses axes, in the order of docs/diagnosis.md (response_before_command is check's too).
