@@ -189,7 +189,8 @@ def _all_still(flight: Flight, rows: Array, columns: tuple[str, ...], groups: li
     rest = [g for g in groups if g != columns]
     if not rest:
         return False
-    spread = [np.nanmax(np.ptp(flight.get(*g)[rows], axis=0)) for g in rest if np.isfinite(flight.get(*g)[rows]).any()]
+    sampled = [x[np.isfinite(x).all(axis=1)] for x in (flight.get(*g)[rows] for g in rest)]
+    spread = [float(np.ptp(x, axis=0).max()) for x in sampled if len(x)]
     return bool(spread) and max(spread) < 1e-6
 
 

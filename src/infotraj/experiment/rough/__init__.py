@@ -23,7 +23,7 @@ from infotraj.vehicle import Vehicle
 
 @dataclass(frozen=True)
 class Profile:
-    """A log profile, the codes of what is truly so in its logs (drop-outs are gaps), the row rates (Hz) that it is
+    """A log profile, the codes of what is truly so in its logs (drop-outs are gaps, swapped markers spikes and jumps), the row rates (Hz) that it is
     found with (none: all), and between what (s) its IMU truly lags its pose: filters delay the one, holding the other.
     """
 
@@ -35,7 +35,9 @@ class Profile:
 
 PROFILES: dict[str, Profile] = {
     "autopilot": Profile(autopilot, rates=(100.0, 125.0, 200.0, 250.0), lag=(0.0, 0.02)),
-    "motion_capture": Profile(motion_capture, ("gaps", "jitter", "spikes"), rates=(100.0, 125.0, 200.0, 250.0)),
+    "motion_capture": Profile(
+        motion_capture, ("gaps", "jitter", "spikes", "pose_jump"), rates=(100.0, 125.0, 200.0, 250.0)
+    ),
     "held": Profile(held_streams, rates=(500.0, 1000.0), lag=(-0.012, 0.0)),
     "nanodrone": Profile(nanodrone, rates=(100.0,)),
     "vibration": Profile(vibration),
