@@ -23,8 +23,9 @@ from infotraj.vehicle import Vehicle
 
 @dataclass(frozen=True)
 class Profile:
-    """A log profile, the codes of what is truly so in its logs (drop-outs are gaps, swapped markers spikes and jumps), the row rates (Hz) that it is
-    found with (none: all), and between what (s) its IMU truly lags its pose: filters delay the one, holding the other.
+    """A log profile, the codes of what is truly so in its logs (drop-outs are gaps, swapped markers spikes and jumps),
+    the row rates (Hz) that it is found with (none: all), and between what (s) its IMU truly lags its pose: filters
+    delay the one, holding the other.
     """
 
     log: Callable[[Flight, Vehicle, np.random.Generator], Flight]
