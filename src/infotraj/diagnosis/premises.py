@@ -96,9 +96,10 @@ def _used(flight: Flight, vehicle: Vehicle, start: float | None, stop: float | N
 
 
 def _still(flight: Flight, rows: NDArray) -> bool:
-    """Whether the vehicle does nothing but hold its place and attitude; False where the flight does not tell."""
+    """Whether the vehicle stands, or does nothing but hold its place and attitude; False where the flight does not
+    tell."""
     if rows.sum() < 50:
-        return False
+        return not rows.any()
     if flight.has(*RATE):
         rate = _fast_noise_off(flight.t[rows], flight.get(*RATE)[rows])
         if _rms(rate - np.nanmean(rate, axis=0)) > _STILL_RATE:
