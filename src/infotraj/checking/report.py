@@ -8,6 +8,7 @@ from typing import Any
 import infotraj
 from infotraj.checking.acceptance import marked
 from infotraj.checking.across import lags_across
+from infotraj.checking.codes import NEVER
 from infotraj.checking.finding import Finding, plain, spans_text
 from infotraj.checking.whole import Check
 
@@ -68,7 +69,8 @@ def in_the_way(check: Check) -> tuple[str | None, str]:
     """What stands between a log and an answer: the code of the finding and what to do, or None and what is left out."""
     for finding in check.findings:
         if finding.counts == "reject":
-            return finding.code, f"{finding.remedy.rstrip('.')}, or --accept {finding.code}"
+            overrule = "" if finding.code in NEVER else f", or --accept {finding.code}"
+            return finding.code, finding.remedy.rstrip(".") + overrule
     unsaid = [name for name in ("force errors", "torque errors") if name in check.unanswerable]
     if len(unsaid) == 2:
         needed = sorted({column for name in unsaid for column in check.unanswerable[name]})
@@ -102,5 +104,6 @@ def _lines(finding: Finding, details: bool) -> list[str]:
     said = "accepted " if finding.accepted else ""
     lines = [f"  {said}{_MARKS[finding.severity]:8s}{finding.code}: {finding.what}{sure}"]
     if details:
-        lines.append(f"          effect: {finding.effect}; do: {finding.remedy}")
+        overrule = f", or --accept {finding.code}" if finding.counts != "note" and finding.code not in NEVER else ""
+        lines.append(f"          effect: {finding.effect}; do: {finding.remedy.rstrip('.')}{overrule}")
     return lines
