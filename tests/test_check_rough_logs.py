@@ -1,14 +1,19 @@
 """True logs pass, however rough: estimators' slow errors, shaken and filtered IMUs, poor accelerometers."""
 
+import shlex
+
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 from infotraj.checking import check_logs, examine
+from infotraj.checking.command import check_command
 from infotraj.experiment.injected_errors import INJECTED
 from infotraj.experiment.kinematic_flights import simulated
 from infotraj.experiment.rough.autopilot import autopilot
 from infotraj.experiment.rough.nanodrone import nanodrone
 from infotraj.flight import POSITION, Flight
+from infotraj.importing.command import import_command
 from infotraj.vehicle import load_vehicle
 
 VEHICLE = load_vehicle("config/vehicles/quadrotor.yaml")
@@ -103,3 +108,18 @@ def gentle(flight):
     columns = dict(zip(("qw", "qx", "qy", "qz", "wx", "wy", "wz"), np.hstack([q, rates]).T, strict=True))
     table = flight.table.assign(**columns).drop(columns=["ax", "ay", "az"])
     return Flight(table.assign(ax=np.nan, ay=np.nan, az=np.nan), dict(flight.meta))
+
+
+def test_a_remedy_is_a_command_that_can_be_given_as_it_stands(tmp_path):
+    """What check says to do is done word by word; the log that comes out passes."""
+    log, new = tmp_path / "my log.csv", tmp_path / "NEW.parquet"
+    flight = INJECTED["rates in FRD"].spoil(simulated(5, "quadrotor", duration=15.0), VEHICLE, np.random.default_rng(0))
+    Flight(flight.table, {}).write(log)
+    said = CliRunner().invoke(check_command, [str(log)]).stdout
+    (line,) = [x for x in said.splitlines() if "in the way of an answer" in x]
+    words = shlex.split(line.partition("do: ")[2].partition(", or --accept")[0])
+    assert words[:3] == ["infotraj", "import", str(log)]
+    assert "rate.axes=[x,-y,-z]" in words
+    done = CliRunner().invoke(import_command, [str(new) if w == "NEW.parquet" else w for w in words[2:]])
+    assert done.exit_code == 0, done.output
+    assert check_logs([new])[0].outcome == "passed"

@@ -14,6 +14,7 @@ from infotraj.checking.identical import content_hash, copy_finding
 from infotraj.checking.load import Loaded, load
 from infotraj.checking.motion import Judge
 from infotraj.checking.pooled import agreed, mapping_key
+from infotraj.checking.settings import by_mapping
 from infotraj.checking.standing import standing
 from infotraj.checking.whole import Check, examine
 from infotraj.errors import InputError
@@ -46,7 +47,10 @@ def check_logs(
 
     def judged(path: Path, loaded: Loaded, judge: Judge = convention_findings) -> Check:
         found = examine(loaded, vehicle, judge)
-        return replace(found, source=str(path), findings=standing(found.findings, loaded.plan))
+        findings = standing(found.findings, loaded.plan)
+        if isinstance(mapping, (str, Path)):
+            findings = [replace(f, remedy=by_mapping(f.remedy, str(mapping))) for f in findings]
+        return replace(found, source=str(path), findings=findings)
 
     bytes_seen: dict[str, str] = {}
     numbers_seen: dict[str, str] = {}

@@ -10,8 +10,10 @@ from infotraj.checking.acceptance import marked
 from infotraj.checking.across import lags_across
 from infotraj.checking.codes import NEVER
 from infotraj.checking.finding import Finding, plain, spans_text
+from infotraj.checking.settings import of_log
 from infotraj.checking.whole import Check
 
+FIX = "infotraj import LOG --fix -o NEW.parquet"  # where one setting would not do
 _MARKS = {"note": "note", "warning": "WARNING", "cut": "CUT", "reject": "REJECT"}
 _OUTCOMES = {
     "passed": "passed",
@@ -60,7 +62,7 @@ def as_text(check: Check, notes: bool = True, details: bool = False) -> str:
     for finding in check.findings:
         if finding.severity == "note" and not notes:
             continue
-        lines += _lines(finding, details or finding.counts != "note")
+        lines += _lines(finding, details or finding.counts != "note", check.source)
     code, what = in_the_way(check)
     return "\n".join([*lines, f"  in the way of an answer: {what if code is None else f'{code}; do: {what}'}"])
 
@@ -70,13 +72,18 @@ def in_the_way(check: Check) -> tuple[str | None, str]:
     for finding in check.findings:
         if finding.counts == "reject":
             overrule = "" if finding.code in NEVER else f", or --accept {finding.code}"
-            return finding.code, finding.remedy.rstrip(".") + overrule
+            return finding.code, of_log(_remedy(check, finding), check.source) + overrule
     unsaid = [name for name in ("force errors", "torque errors") if name in check.unanswerable]
     if len(unsaid) == 2:
         needed = sorted({column for name in unsaid for column in check.unanswerable[name]})
         return "cannot_answer", f"map {', '.join(needed)}"
     cuts = list(dict.fromkeys(f.code for f in check.findings if f.counts == "cut"))
     return None, f"nothing, without what is cut ({', '.join(cuts)})" if cuts else "nothing"
+
+
+def _remedy(check: Check, finding: Finding) -> str:
+    several = [f for f in check.findings if f.counts != "note" and f.settings]
+    return FIX if finding.settings and len(several) > 1 else finding.remedy.rstrip(".")
 
 
 def across_text(checks: list[Check], accept: Collection[str] = ()) -> str:
@@ -99,11 +106,11 @@ def covered_together(checks: list[Check]) -> dict[str, dict[str, float]]:
     return out
 
 
-def _lines(finding: Finding, details: bool) -> list[str]:
+def _lines(finding: Finding, details: bool, source: str = "LOG") -> list[str]:
     sure = "" if finding.sure >= 0.9995 else f" [sure {finding.sure:.3f}]"
     said = "accepted " if finding.accepted else ""
     lines = [f"  {said}{_MARKS[finding.severity]:8s}{finding.code}: {finding.what}{sure}"]
     if details:
         overrule = f", or --accept {finding.code}" if finding.counts != "note" and finding.code not in NEVER else ""
-        lines.append(f"          effect: {finding.effect}; do: {finding.remedy.rstrip('.')}{overrule}")
+        lines.append(f"          effect: {finding.effect}; do: {of_log(finding.remedy.rstrip('.'), source)}{overrule}")
     return lines

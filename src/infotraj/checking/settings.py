@@ -23,6 +23,16 @@ def command(settings: tuple[str, ...]) -> str:
     return " ".join(["infotraj import LOG", *(f"--set {shlex.quote(s)}" for s in settings), "-o NEW.parquet"])
 
 
+def of_log(remedy: str, source: str) -> str:
+    """The remedy with the log's own name in its command, so that it can be given as it stands."""
+    return remedy.replace("infotraj import LOG ", f"infotraj import {shlex.quote(source)} ")
+
+
+def by_mapping(remedy: str, mapping: str) -> str:
+    """The remedy with the mapping that the log was read with in its command."""
+    return remedy.replace("infotraj import LOG ", f"infotraj import LOG --mapping {shlex.quote(mapping)} ")
+
+
 def axes_setting(channel: str, axes: Array) -> str:
     """The setting for a channel that was declared as `axes` (3, 3) times its true value: a signed permutation."""
     along = []
