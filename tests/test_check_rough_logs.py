@@ -12,7 +12,7 @@ from infotraj.experiment.injected_errors import INJECTED
 from infotraj.experiment.kinematic_flights import simulated
 from infotraj.experiment.rough.autopilot import autopilot
 from infotraj.experiment.rough.nanodrone import nanodrone
-from infotraj.flight import POSITION, Flight
+from infotraj.flight import POSITION, VELOCITY, Flight
 from infotraj.importing.command import import_command
 from infotraj.vehicle import load_vehicle
 
@@ -52,6 +52,14 @@ def test_errors_are_found_in_rough_logs_too(kind, code):
         (finding,) = [f for f in examine(wrong).findings if f.severity == "reject"]
         assert finding.code == code
         assert finding.remedy.startswith("infotraj import LOG --set ")
+
+
+@pytest.mark.parametrize("times", [1000.0, 3.28084])
+def test_position_and_velocity_in_the_same_wrong_unit_are_told_by_the_accelerometer(times):
+    flight = simulated(1, "quadrotor", duration=15.0)
+    columns = (*POSITION, *VELOCITY)
+    found = examine(Flight(flight.table.assign(**{c: times * flight.table[c] for c in columns}))).findings
+    assert {f.code for f in found if f.severity == "reject"} == {"position_unit", "velocity_unit"}
 
 
 def test_a_still_vehicle_is_not_told_that_its_gyro_has_another_unit():

@@ -23,7 +23,7 @@ import numpy as np
 from infotraj.checking.evidence import Evidence, evidence, together
 from infotraj.checking.finding import Finding, Severity
 from infotraj.checking.likelihood import AXES
-from infotraj.checking.readings import NOISE, PENALTY, Joint, Pose, Table
+from infotraj.checking.readings import NOISE, PENALTY, Joint, Pose, Table, Vector
 from infotraj.checking.sentences import FACTORS, UNITS, WORDS, sentence
 from infotraj.checking.settings import command
 
@@ -193,7 +193,11 @@ def _follows_force(table: Table, best: Joint, at: int) -> bool:
         return False
     still, _ = force.residual(table.poses.index(noise), best.force)
     moving, _ = force.residual(at, best.force)
-    return bool(moving.sum() < MOST_UNEXPLAINED * still.sum())
+    # by itself, too: a smaller motion in another frame is nearly none, which a poor accelerometer likes
+    as_large, _ = force.residual(table.poses.index(replace(best.pose, unit=1.0)), Vector())
+    alone, _ = force.residual(at, Vector())
+    moves = moving.sum() < MOST_UNEXPLAINED * still.sum()
+    return bool(moves and alone.sum() < MOST_UNEXPLAINED * as_large.sum())
 
 
 def _without_unproven(tables: Sequence[Table], other: Joint) -> Joint:
