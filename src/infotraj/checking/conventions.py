@@ -34,6 +34,7 @@ SURE = 0.99
 MOST_UNEXPLAINED = 0.5
 # A quarter of g: with a larger rest the accelerometer is not understood by any reading.
 MOST_FORCE_REST = 2.5
+GROSS_SHARE = 0.3
 RIVAL = 1.2 * PENALTY
 SPOILS = "every comparison of model and measurement would be wrong"
 
@@ -154,7 +155,8 @@ def _understood(weighed: Evidence, declared: Joint, other: Joint) -> bool:
             continue
         left = rest.rms(rest.other)
         if name == "force":
-            if left / rest.unit > MOST_FORCE_REST:
+            # angles that wound round in a wrong unit leave a heading open: what is left is then a small part at least
+            if left / rest.unit > MOST_FORCE_REST and left > GROSS_SHARE * rest.rms(rest.declared):
                 return False
         elif left**2 > MOST_UNEXPLAINED * rest.rms(rest.motion) ** 2:
             return False
