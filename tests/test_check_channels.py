@@ -286,3 +286,17 @@ def test_commands_that_change_between_two_rows_change_once():
 def test_coarse_rotor_speeds_keep_every_sample():
     flight = rounded(measured(27), [f"rotor_{k}" for k in range(4)], 1.0)
     assert not empty(cleaned(flight, examine(flight)), [f"rotor_{k}" for k in range(4)]).any()
+
+
+def test_a_command_that_was_never_logged_is_left_out_and_nothing_is_predicted_there():
+    flight = simulated(3, "quadrotor", duration=15.0)
+    lost = flight.t > 8.0
+    table = flight.table.copy()
+    table.loc[lost, "cmd_rotor_2"] = 0.0
+    spoiled = Flight(table, {})
+    check = examine(spoiled)
+    (finding,) = [f for f in check.findings if f.code == "dead_column"]
+    assert (finding.severity, finding.channels) == ("warning", ("cmd_rotor_2",))
+    assert np.isnan(cleaned(spoiled, check).get("cmd_rotor_2")[lost, 0]).mean() > 0.95
+    assert np.isfinite(cleaned(spoiled, check).get("cmd_rotor_1")).all()
+    assert not [f for f in examine(flight).findings if f.code == "dead_column"]

@@ -55,6 +55,26 @@ def dead_columns(flight: Flight, airborne: Array, vehicle: Vehicle | None = None
                 rows[good[dead[:, c]]] = True
                 share = float(dead[:, c].sum() / len(good))
                 found.append(DeadColumn(column, rows, float(np.median(x[dead[:, c], c])), share))
+    return found + _never_commanded(flight, airborne, vehicle)
+
+
+def _never_commanded(flight: Flight, airborne: Array, vehicle: Vehicle | None) -> list[DeadColumn]:
+    """Commands of one rotor that read zero for SHORTEST and more while the others carry the vehicle: never logged."""
+    columns = _rotors(flight, vehicle, "cmd_rotor_")
+    if len(columns) < 2:
+        return []
+    x = flight.get(*columns)
+    good = np.flatnonzero(np.isfinite(x).all(axis=1) & airborne)
+    if len(good) < 50:
+        return []
+    t, found = flight.t[good], []
+    for column, zero in zip(columns, _stopped(x[good]).T, strict=True):
+        rows = np.zeros(len(flight.table), dtype=bool)
+        for a, b in runs(zero):
+            if t[b - 1] - t[a] >= SHORTEST:
+                rows[good[a:b]] = True
+        if rows.any():
+            found.append(DeadColumn(column, rows, 0.0, float(rows.sum() / len(good))))
     return found
 
 
@@ -82,15 +102,17 @@ def dead_column_findings(flight: Flight, dead: list[DeadColumn]) -> list[Finding
     return found
 
 
-def _rotors(flight: Flight, vehicle: Vehicle | None) -> tuple[str, ...]:
+def _rotors(flight: Flight, vehicle: Vehicle | None, prefix: str = "rotor_") -> tuple[str, ...]:
     """The vehicle's measured rotors; without a vehicle those up to the last that ever turned: more have no motor."""
-    speeds = flight.numbered("rotor_")
+    speeds = flight.numbered(prefix)
     turned = np.flatnonzero((np.nan_to_num(speeds) != 0).any(axis=0))
     count = len(vehicle.rotors) if vehicle is not None else turned[-1] + 1 if len(turned) else 0
-    return tuple(f"rotor_{k}" for k in range(min(count, speeds.shape[1])))
+    return tuple(f"{prefix}{k}" for k in range(min(count, speeds.shape[1])))
 
 
 def _without(flight: Flight, column: str) -> str:
+    if column.startswith("cmd_"):
+        return "nothing is predicted there (a rotor that was truly switched off reads so, too)"
     if not column.startswith("rotor_"):
         what = {"w": "torques", "a": "the accelerometer's forces", "v": "velocities", "p": "positions"}[column[0]]
         return f"{what} are not judged in these rows"

@@ -24,9 +24,8 @@ Spoil = Callable[[Flight, Vehicle | None, np.random.Generator], Flight]
 
 @dataclass(frozen=True)
 class Injected:
-    """How a log is spoiled, the codes that name it rightly (patterns), the columns that it
-    can be seen in, whether a note is
-    enough (what makes no answer wrong by itself), and whether a vehicle file is needed."""
+    """How a log is spoiled, the codes that name it rightly (patterns), the columns that it can be seen in, whether a
+    note is enough (what makes no answer wrong by itself), and whether a vehicle file with rotors in speed is needed."""
 
     spoil: Spoil
     codes: tuple[str, ...]
@@ -36,7 +35,8 @@ class Injected:
 
     def applies(self, flight: Flight, vehicle: Vehicle | None) -> bool:
         """Whether this log can hold the error."""
-        return flight.has(*self.needs) and (vehicle is not None or not self.vehicle)
+        speeds = vehicle is not None and bool(vehicle.rotors) and vehicle.rotors[0].input == "speed"
+        return flight.has(*self.needs) and (speeds or not self.vehicle)
 
     def found(self, check: Check, spoiled: tuple[str, ...] = ()) -> bool:
         """Whether a finding names it, or says of what it names that this error fits as well.
@@ -171,5 +171,5 @@ INJECTED: dict[str, Injected] = {
     "rotor speeds signed": Injected(
         lambda f, v, rng: signed_speeds(f, v, rng), ("signed*",), ("cmd_rotor_0",), note=True, vehicle=True
     ),
-    "rotor speeds in coarse steps": Injected(_coarse_rotors, ("quantis*",), ("cmd_rotor_0",), note=True),
+    "rotor speeds in coarse steps": Injected(_coarse_rotors, ("quantis*",), ("rotor_0",), note=True),
 }
