@@ -22,11 +22,12 @@ ROW = 0.005
 Body = namedtuple("Body", "mass inertia com gravity")
 Rotors = namedtuple(
     "Rotors",
-    "position axis spin k_f moment tilt radius lower factor reaction inflow ground drag inertia tau interference",
+    "position axis spin k_f moment tilt radius lower factor reaction inflow ground drag inertia tau interference "
+    "hover exponent lift hub",
 )
 Tilts = namedtuple("Tilts", "axis tau limit play bias order")
-Air = namedtuple("Air", "linear quadratic damping force torque")
-Other = namedtuple("Other", "sag_rate sag_exponent volts_rate load length delay")
+Air = namedtuple("Air", "linear quadratic damping force torque wind centre")
+Other = namedtuple("Other", "sag_rate sag_exponent volts_rate load length delay sensor_lag")
 Control = namedtuple("Control", "tilting mixer gains_p gains_a arms k_f mass inertia gravity")
 Path = namedtuple("Path", "center amplitude frequency phase turn turn_frequency turn_phase")
 
@@ -151,6 +152,10 @@ def _truth(vehicle, pairs):
         float(value("gyroscopic", "rotor_inertia")),
         np.array([r.get("time_constant", 0.0) for r in files]) + value("rotor_lag", "extra_time_constant"),
         float(value("rotor_interference", "k")),
+        np.sqrt(vehicle["mass"] * vehicle.get("gravity", 9.81) / n / np.array([r["thrust_coefficient"] for r in files])),
+        float(value("thrust_exponent", "n", 2.0)),
+        float(value("translational_lift", "k")),
+        float(value("hub_moment", "k")),
     )
     axes = np.array([a["axis"] for a in joints], dtype=float).reshape(m, 3)
     axes = axes / np.linalg.norm(axes, axis=1, keepdims=True) if m else axes
@@ -170,6 +175,8 @@ def _truth(vehicle, pairs):
         vector("angular_damping", "d"),
         vector("steady_force", "f"),
         vector("steady_torque", "t"),
+        vector("wind", "v"),
+        vector("pressure_centre", "r"),
     )
     other = Other(
         float(value("battery_sag", "rate")),
@@ -178,6 +185,7 @@ def _truth(vehicle, pairs):
         float(value("suspended_load", "mass")),
         float(value("suspended_load", "length", 1.0)),
         float(value("actuation_delay", "delay")),
+        float(value("sensor_lag", "time_constant")),
     )
     return body, rotors, tilts, air, other
 
@@ -359,11 +367,13 @@ def _lagged(target, x, tau, limit):
 def _derivative(state, n, m, time, rotor_cmd, tilt_cmd, arm_held, body, rotors, tilts, air, other):
     """Time derivative of the state, and specific force and rate in body axes.
 
-    State: position, quaternion, velocity (world), rate, n rotor speeds, m servo angles, load direction and its rate.
+    State: position, quaternion, velocity (world), rate, n rotor speeds, m servo angles, load direction and its rate,
+    what the sensors' filters hold of rate and specific force.
     """
     d_state = np.zeros(len(state))
     r = _attitude(state[3:7])
-    v, w = _back(r, state[7:10]), state[10:13]
+    # Through the air: nothing here asks for the velocity over the ground.
+    v, w = _back(r, _sum(state[7:10], -1.0, air.wind)), state[10:13]
     speed, servo = state[13 : 13 + n], state[13 + n : 13 + n + m]
     tilt, tilt_rate = np.empty(m), np.zeros(m)
     for i in range(m):
@@ -402,7 +412,8 @@ def _derivative(state, n, m, time, rotor_cmd, tilt_cmd, arm_held, body, rotors, 
         if j >= 0:
             p, d = _turned(p, tilts.axis[j], tilt[j]), _turned(d, tilts.axis[j], tilt[j])
         air_speed = _sum(v, 1.0, _cross(w, p))
-        thrust = rotors.k_f[i] * speed[i] ** 2 * rotors.factor[i] * sag
+        thrust = rotors.k_f[i] * rotors.hover[i] ** (2.0 - rotors.exponent) * speed[i] ** rotors.exponent
+        thrust *= rotors.factor[i] * sag
         if rotors.ground != 0.0:
             height = state[2] + r[2, 0] * p[0] + r[2, 1] * p[1] + r[2, 2] * p[2]
             thrust *= 1.0 + rotors.ground * (rotors.radius[i] / height) ** 2
@@ -411,6 +422,8 @@ def _derivative(state, n, m, time, rotor_cmd, tilt_cmd, arm_held, body, rotors, 
         axial = _dot(air_speed, d)
         thrust -= rotors.inflow * speed[i] * axial
         across = _sum(air_speed, -axial, d)
+        thrust += rotors.lift * _dot(across, across)
+        torque = _sum(torque, -rotors.spin[i] * rotors.hub * speed[i], across)
         here = _sum(np.zeros(3), thrust, d)
         here = _sum(here, -rotors.drag * speed[i], across)
         force = _sum(force, 1.0, here)
@@ -421,10 +434,13 @@ def _derivative(state, n, m, time, rotor_cmd, tilt_cmd, arm_held, body, rotors, 
         momentum_rate = _sum(momentum_rate, carried * speed_rate[i], d)
         if j >= 0:
             momentum_rate = _sum(momentum_rate, carried * speed[i] * tilt_rate[j], _cross(tilts.axis[j], d))
-    steady, gyration = _back(r, air.force), _cross(w, momentum)
+    steady, gyration, drag = _back(r, air.force), _cross(w, momentum), np.empty(3)
     for i in range(3):
-        force[i] += steady[i] - air.linear[i] * v[i] - air.quadratic[i] * abs(v[i]) * v[i]
-        torque[i] += air.torque[i] - air.damping[i] * w[i] - gyration[i] - momentum_rate[i]
+        drag[i] = -air.linear[i] * v[i] - air.quadratic[i] * abs(v[i]) * v[i]
+    turned = _cross(air.centre, drag)
+    for i in range(3):
+        force[i] += steady[i] + drag[i]
+        torque[i] += air.torque[i] + turned[i] - air.damping[i] * w[i] - gyration[i] - momentum_rate[i]
 
     # Newton and Euler at the origin: unknown specific force f, angular acceleration and tension of the cable.
     c, mass = body.com, body.mass
@@ -461,6 +477,9 @@ def _derivative(state, n, m, time, rotor_cmd, tilt_cmd, arm_held, body, rotors, 
         d_state[10 + i] = solved[3 + i]
         d_state[13 + n + m + i] = u_rate[i]
         d_state[16 + n + m + i] = -swing * u[i] - (f_world[i] - push_along * u[i]) / other.length
+        if other.sensor_lag > 0.0:
+            d_state[19 + n + m + i] = (w[i] - state[19 + n + m + i]) / other.sensor_lag
+            d_state[22 + n + m + i] = (f[i] - state[22 + n + m + i]) / other.sensor_lag
     return d_state, f
 
 
@@ -587,7 +606,7 @@ def _simulate(rows, samples, substep, body, rotors, tilts, air, other, control, 
     states, imu = np.empty((count, 10)), np.empty((count, 6))
     cmd_rotor, cmd_tilt = np.empty((count, n)), np.empty((count, m))
     out_rotor, out_tilt = np.empty((count, n)), np.empty((count, m))
-    state = np.zeros(19 + n + m)
+    state = np.zeros(25 + n + m)
     start, _ = _reference(rows[0], path)
     state[0:3] = start[0]
     state[3] = 1.0
@@ -598,8 +617,9 @@ def _simulate(rows, samples, substep, body, rotors, tilts, air, other, control, 
     now_rotor, now_tilt = rotor.copy(), tilt.copy()
     waiting_rotor, waiting_tilt = np.empty((count, n)), np.empty((count, m))
     time, row, sample, event = rows[0], 0, 0, 0
+    _, f = _derivative(state, n, m, 0.0, now_rotor, now_tilt, arm, body, rotors, tilts, air, other)
+    state[19 + n + m : 22 + n + m], state[22 + n + m : 25 + n + m] = state[10:13], f
     while sample < count and samples[sample] < rows[0]:
-        _, f = _derivative(state, n, m, 0.0, now_rotor, now_tilt, arm, body, rotors, tilts, air, other)
         imu[sample, 0:3], imu[sample, 3:6] = state[10:13], f
         sample += 1
     last = max(rows[count - 1], samples[count - 1])
@@ -608,6 +628,8 @@ def _simulate(rows, samples, substep, body, rotors, tilts, air, other, control, 
         if sample < count and samples[sample] <= time + 1e-12:
             _, f = _derivative(state, n, m, time - rows[0], now_rotor, now_tilt, arm, body, rotors, tilts, air, other)
             imu[sample, 0:3], imu[sample, 3:6] = state[10:13], f
+            if other.sensor_lag > 0.0:
+                imu[sample] = state[19 + n + m : 25 + n + m]
             sample += 1
         if row < count and rows[row] <= time + 1e-12:
             states[row] = state[0:10]

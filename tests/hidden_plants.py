@@ -57,6 +57,9 @@ EFFECTS = {
         ("gyro_bias", {"b": [0.03, -0.02, 0.025]}),
         ("imu_misalignment", {"rotvec": [0.012, -0.01, 0.009]}),
         ("time_offset", {"dt": 0.012}),
+        ("translational_lift", {"k": 6e-3}),
+        ("thrust_exponent", {"n": 2.2}),
+        ("sensor_lag", {"time_constant": 0.01}),
     ),
     "quadrotor": (
         ("mass_offset", {"dm": 0.04}),
@@ -82,6 +85,10 @@ EFFECTS = {
         ("gyro_bias", {"b": [0.03, -0.02, 0.025]}),
         ("imu_misalignment", {"rotvec": [0.012, -0.01, 0.009]}),
         ("time_offset", {"dt": 0.01}),
+        ("hub_moment", {"k": 1e-5}),
+        ("translational_lift", {"k": 4e-3}),
+        ("thrust_exponent", {"n": 1.8}),
+        ("sensor_lag", {"time_constant": 0.008}),
     ),
 }
 

@@ -51,6 +51,12 @@ NAMES = {
     "gyro_bias": {"b"},
     "imu_misalignment": {"rotvec"},
     "time_offset": {"dt"},
+    "wind": {"v"},
+    "pressure_centre": {"r"},
+    "hub_moment": {"k"},
+    "translational_lift": {"k"},
+    "thrust_exponent": {"n"},
+    "sensor_lag": {"time_constant"},
 }
 USUAL = {
     "mass_offset": {"omav": (0.05 * 4.04,) * 2, "quadrotor": (0.04, 0.04)},
@@ -61,6 +67,13 @@ USUAL = {
     "angular_damping": {"omav": (0.03, 0.1), "quadrotor": (0.004, 0.01)},
     "steady_torque": {"omav": (0.03, 0.3), "quadrotor": (0.005, 0.02)},
     "steady_force": {"omav": (0.4, 2.0), "quadrotor": (0.08, 0.4)},
+    "wind": {"omav": (1, 8), "quadrotor": (1, 8)},
+    "pressure_centre": {"omav": (0.005, 0.05), "quadrotor": (0.005, 0.05)},
+    # 1e-6 belongs to a radius of 0.1 m; these have 0.114 and 0.0635 m, and it grows with the fourth power.
+    "hub_moment": {"omav": (1.7e-6, 1.75e-6), "quadrotor": (1.6e-7, 1.65e-7)},
+    "translational_lift": {"omav": (2e-3, 1e-2), "quadrotor": (2e-3, 6e-3)},
+    "thrust_exponent": {"omav": (0.1, 0.3), "quadrotor": (0.1, 0.3)},
+    "sensor_lag": {"omav": (2e-3, 0.02), "quadrotor": (2e-3, 0.02)},
 }
 
 OWN = '''

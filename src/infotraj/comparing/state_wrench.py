@@ -11,7 +11,7 @@ evaluated state by state.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -70,7 +70,7 @@ def wrench(model: Model, inputs: Instants, height: Array, velocity: Array, attit
     height (N,) m; velocity (N, 3) m/s, body axes; attitude (N, 3, 3) body to world; rate (N, 3) rad/s.
     """
     motion = Motion(inputs.time, attitude, height, velocity, rate, inputs.battery)
-    along = Along(model.vehicle, motion, inputs.actuation, inputs.of_flight)
+    along = Along(model.vehicle, motion, inputs.actuation, inputs.of_flight, air=model.air_law())
     acting = [e for e in model.effects if not e.is_absent(model.vehicle)]
     thrust = along.nominal_thrust
     for effect in acting:
@@ -86,7 +86,7 @@ def wrench(model: Model, inputs: Instants, height: Array, velocity: Array, attit
     else:
         thrust = np.ascontiguousarray(thrust)
         total = rotor_wrench(along.position, along.axis, thrust, np.ascontiguousarray(thrust * ratio))
-    along = Along(model.vehicle, motion, inputs.actuation, inputs.of_flight, thrust, along._kept)
+    along = replace(along, thrust=thrust)
     for effect in acting:
         if overrides(effect, "wrench"):
             total = total + effect.wrench(along)

@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 
 from infotraj.dynamics.actuators import turned_about
+from infotraj.effects.laws import AirLaw
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
@@ -74,6 +75,7 @@ class Along:
     actuation: Actuation
     of_flight: Callable[[Any, Callable[[OriginPath], Any]], Any] | None = None
     thrust: Array | None = None
+    air: AirLaw = field(default_factory=AirLaw.still)
     _kept: dict[str, Any] = field(default_factory=dict, repr=False)
 
     @property
@@ -93,8 +95,15 @@ class Along:
 
     @property
     def velocity(self) -> Array:
-        """Velocity of the body's origin (N, 3) m/s, body axes."""
+        """Velocity of the body's origin over the ground (N, 3) m/s, body axes."""
         return self.motion.velocity
+
+    @property
+    def velocity_in_air(self) -> Array:
+        """Velocity of the body's origin through the air (N, 3) m/s, body axes: R^T (v - wind)."""
+        if not self.air.wind.any():
+            return self.velocity
+        return self._keep("origin", lambda: self.velocity - np.einsum("nji,j->ni", self.attitude, self.air.wind))
 
     @property
     def rate(self) -> Array:
@@ -136,13 +145,18 @@ class Along:
 
     @property
     def air_velocity(self) -> Array:
-        """Velocity of the rotors through the air (N, rotors, 3) m/s: v + omega x p, the air at rest."""
-        return self._keep("air", lambda: _air_velocity(self.velocity, self.rate, *self._frames()))[0]
+        """Velocity of the rotors through the air (N, rotors, 3) m/s: that of the origin + omega x p."""
+        return self._rotors_in_air()[0]
 
     @property
     def axial_velocity(self) -> Array:
         """Its part along the thrust axis (N, rotors) m/s: v_r . d."""
-        return self._keep("air", lambda: _air_velocity(self.velocity, self.rate, *self._frames()))[1]
+        return self._rotors_in_air()[1]
+
+    @property
+    def velocity_across(self) -> Array:
+        """Its part across the thrust axis (N, rotors, 3) m/s."""
+        return self._keep("across", lambda: self.air_velocity - self.axial_velocity[..., None] * self.axis)
 
     @property
     def rotor_height(self) -> Array:
@@ -158,6 +172,9 @@ class Along:
         if name not in self._kept:
             self._kept[name] = make()
         return self._kept[name]
+
+    def _rotors_in_air(self) -> tuple[Array, Array]:
+        return self._keep("air", lambda: _air_velocity(self.velocity_in_air, self.rate, *self._frames()))
 
     def _frames(self) -> tuple[Array, Array]:
         return self.actuation.keep("frames", lambda: rotor_frames(self.vehicle, self.tilt))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 
 from infotraj.effects.channels import NO_ROTORS, missing_channel
-from infotraj.effects.laws import ActuatorLaw, BodyLaw, ImuLaw
+from infotraj.effects.laws import ActuatorLaw, AirLaw, BodyLaw, ImuLaw
 from infotraj.errors import InputError, problem
 from infotraj.flight import Flight
 from infotraj.rotations import Array
@@ -77,6 +77,7 @@ class Effect(ABC):
     hidden_when: ClassVar[str] = ""
     repeatable: ClassVar[bool] = False
     linear: ClassVar[bool] = False
+    beside: ClassVar[tuple[str, ...]] = ()  # without any of these in the model it changes nothing; (): acts by itself
     exact: ClassVar[bool] = False  # mechanics or a constant, not a formula that approximates what happens
 
     def __init__(self, **values: Any) -> None:
@@ -197,6 +198,10 @@ class Effect(ABC):
 
     def actuators(self, law: ActuatorLaw) -> ActuatorLaw:
         """How the actuators follow their commands with this effect."""
+        return law
+
+    def air(self, law: AirLaw) -> AirLaw:
+        """The air with this effect: its wind, and where drag acts on the body."""
         return law
 
     def thrust_factor(self, along: Along) -> Array | float:

@@ -68,6 +68,9 @@ def missing_channel(need: str, vehicle: Vehicle, flight: Flight) -> str | None:
             return "the flight has no measured specific force (ax, ay, az)"
         derived = is_derived(flight, SPECIFIC_FORCE)
         return "the specific force is derived from the velocity, not measured" if derived else None
+    if need == "gyro or accelerometer":
+        reasons = [missing_channel(n, vehicle, flight) for n in ("gyro", "accelerometer")]
+        return None if None in reasons else reasons[0]
     if need == "specific force":
         # Where no accelerometer was recorded, changes of the velocity in the world show the same.
         moved = flight.has(*ATTITUDE) and (flight.has(*VELOCITY) or flight.has(*POSITION))

@@ -1,4 +1,4 @@
-"""Drag: forces and torques against the motion through the air, which is at rest."""
+"""Drag: forces and torques against the motion through the air."""
 
 from __future__ import annotations
 
@@ -30,12 +30,11 @@ class RotorDrag(Effect):
         return 0.15 * mass_per_speed(vehicle)
 
     def rotor_force(self, along: Along) -> Array:
-        across = along.air_velocity - along.axial_velocity[..., None] * along.axis
-        return -self.k * along.speed[..., None] * across
+        return -self.k * along.speed[..., None] * along.velocity_across
 
 
 class LinearDrag(Effect):
-    """Force -d v at the body's origin, axis by axis in body axes.
+    """Force -d v at the body's origin, axis by axis in body axes, v its velocity through the air.
 
     Faessler et al., "Differential flatness of quadrotor dynamics subject to rotor drag" (2018), eq. 2, in newtons.
     """
@@ -53,11 +52,11 @@ class LinearDrag(Effect):
         return 0.15 * (vehicle.mass or 0.7)
 
     def wrench(self, along: Along) -> Array:
-        return force_only(-self.d * along.velocity)
+        return of_drag(along, -self.d * along.velocity_in_air)
 
 
 class QuadraticDrag(Effect):
-    """Force -d_i |v_i| v_i at the body's origin, axis by axis in body axes.
+    """Force -d_i |v_i| v_i at the body's origin, axis by axis in body axes, v its velocity through the air.
 
     Parasitic drag: Leishman, Principles of Helicopter Aerodynamics, 5.4.6, along each axis.
     """
@@ -75,7 +74,8 @@ class QuadraticDrag(Effect):
         return 0.07 * (vehicle.mass or 0.7)
 
     def wrench(self, along: Along) -> Array:
-        return force_only(-self.d * np.abs(along.velocity) * along.velocity)
+        v = along.velocity_in_air
+        return of_drag(along, -self.d * np.abs(v) * v)
 
 
 class AngularDamping(Effect):
@@ -95,6 +95,12 @@ class AngularDamping(Effect):
 
     def wrench(self, along: Along) -> Array:
         return np.concatenate([np.zeros((along.count, 3)), -self.d * along.rate], axis=1)
+
+
+def of_drag(along: Along, force: Array) -> Array:
+    """The wrench (N, 6) of a force (N, 3) that acts where drag does: at the centre of pressure, else at the origin."""
+    place = along.air.pressure_centre
+    return np.concatenate([force, np.cross(place, force)], axis=1) if place.any() else force_only(force)
 
 
 def force_only(force: Array) -> Array:

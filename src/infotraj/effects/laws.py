@@ -1,4 +1,4 @@
-"""What effects may change of a model before a flight is evaluated: the actuators' response, the body, the IMU."""
+"""What effects may change of a model before a flight is evaluated: actuators, the air, the body, the IMU."""
 
 from __future__ import annotations
 
@@ -40,6 +40,19 @@ class ActuatorLaw:
 
 
 @dataclass(frozen=True)
+class AirLaw:
+    """What the body flies through: wind (3,) m/s, world axes, and where drag acts, pressure_centre (3,) m, body axes."""
+
+    wind: Array
+    pressure_centre: Array
+
+    @classmethod
+    def still(cls) -> AirLaw:
+        """Air at rest, drag at the body's origin."""
+        return cls(np.zeros(3), np.zeros(3))
+
+
+@dataclass(frozen=True)
 class BodyLaw:
     """mass (kg), inertia (3, 3) kg m^2 about the centre of mass, and that centre (3,) m from the body's origin.
 
@@ -61,14 +74,16 @@ class BodyLaw:
 class ImuLaw:
     """What the IMU writes in row k: rotation @ (the body's at t[k] - delay), plus rate_bias on the rates.
 
-    rotation (3, 3); delay (s); rate_bias (3,) rad/s.
+    rotation (3, 3); delay (s); rate_bias (3,) rad/s; lag (s): time constant of the first-order filter that the body's
+    rates and specific force pass first, 0 for none.
     """
 
     rotation: Array
     delay: float
     rate_bias: Array
+    lag: float = 0.0
 
     @classmethod
     def ideal(cls) -> ImuLaw:
-        """An IMU along the body's axes, on time and without bias."""
+        """An IMU along the body's axes, on time, unfiltered and without bias."""
         return cls(np.eye(3), 0.0, np.zeros(3))

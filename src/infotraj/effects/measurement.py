@@ -54,3 +54,20 @@ class TimeOffset(Effect):
 
     def imu(self, law: ImuLaw) -> ImuLaw:
         return replace(law, delay=law.delay + self.dt)
+
+
+class SensorLag(Effect):
+    """Gyro and accelerometer pass a first-order filter before they are written: dy/dt = (true - y) / time_constant.
+
+    The low-pass of the sensor or of the autopilot. A channel that was derived, not measured, has none.
+    """
+
+    name = "sensor_lag"
+    place = "measurement"
+    parameters = (Parameter("time_constant", "s", 0.008, (0.0, 0.1)),)
+    needs = ("gyro or accelerometer",)
+    source = "first-order low-pass filter; Franklin et al., Feedback Control of Dynamic Systems, 3.3"
+    hidden_when = "rates and specific force are derived, not measured"
+
+    def imu(self, law: ImuLaw) -> ImuLaw:
+        return replace(law, lag=law.lag + self.time_constant)

@@ -21,7 +21,10 @@ from infotraj.errors import InputError, UsageError, problem
 
 ENVIRONMENT = "INFOTRAJ_EFFECTS"
 GROUP = "infotraj.effects"
-_FAMILIES = ("rigid_body", "thrust", "actuators", "drag", "steady", "gyroscopic", "load", "measurement")
+_FAMILIES = (
+    *("rigid_body", "thrust", "thrust_curve", "actuators", "drag", "forward_flight", "air", "steady", "gyroscopic"),
+    *("load", "measurement"),
+)
 
 
 def catalogue(paths: Iterable[str | Path] = ()) -> dict[str, type[Effect]]:

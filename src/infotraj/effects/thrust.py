@@ -245,14 +245,18 @@ def mass_per_speed(vehicle: Vehicle) -> float:
     k_f = [r.thrust_coefficient for r in vehicle.rotors]
     if vehicle.mass is None or not k_f or any(k is None for k in k_f):
         return 5e-4
-    hover = vehicle.mass * vehicle.gravity / len(k_f)
-    return vehicle.mass / float(np.sum(np.sqrt(hover / np.array(k_f))))
+    return vehicle.mass / float(np.sum(np.sqrt(hover_thrust(vehicle) / np.array(k_f))))
+
+
+def hover_thrust(vehicle: Vehicle) -> float:
+    """Thrust (N) of a rotor in hover: the weight by the vehicle file, shared evenly."""
+    return vehicle.mass * vehicle.gravity / len(vehicle.rotors)
 
 
 def cancelling(vehicle: Vehicle, flight: Flight, what: str) -> str | None:
     """The reason where rotors on one axis always turn so that `what` of theirs cancels, else None.
 
-    what: "reaction torques" or "angular momenta". Asked of commands or measured values, rotor by rotor; rotors belong
+    what: "reaction torques", "angular momenta" or "hub moments" (those of the air that all meet alike). Asked of commands or measured values, rotor by rotor; rotors belong
     together that share tilt and axis.
     """
     for prefix in ("cmd_rotor_", "rotor_"):

@@ -18,7 +18,7 @@ from infotraj.models.model import Model
 from infotraj.models.rotor_wrench import forces_at_rotors, wrench_of_inputs
 from infotraj.rotations import Array
 
-_ACTS = ("thrust_factor", "thrust_loss", "reaction_factor", "rotor_force", "rotor_momentum", "wrench", "body")
+_ACTS = ("thrust_factor", "thrust_loss", "reaction_factor", "rotor_force", "rotor_momentum", "wrench", "body", "air")
 
 
 class Instant:
@@ -36,6 +36,7 @@ class Instant:
         self.vehicle = model.vehicle
         self._bias = law.tilt_bias
         self._body = model.body_law()
+        self._air = model.air_law()
         self._wrench = wrench_of_inputs(model.vehicle)
         self._still = np.zeros((1, len(law.rotor_time_constant))), np.zeros((1, len(model.vehicle.tilts)))
         self._by_hook = {hook: [e for e in acting if overrides(e, hook)] for hook in _ACTS}
@@ -52,7 +53,7 @@ class Instant:
         rate = state[None, 10:13]
         motion = Motion(np.array([time]), attitude[None], state[2:3], (attitude.T @ state[7:10])[None], rate, None)
         actuation = Actuation(rotor[None], self._still[0], (tilt + self._bias)[None], self._still[1])
-        along = Along(self.vehicle, motion, actuation)
+        along = Along(self.vehicle, motion, actuation, air=self._air)
         thrust, ratio = along.nominal_thrust, self._wrench.ratio
         for effect in self._by_hook["thrust_factor"]:
             thrust = thrust * effect.thrust_factor(along)

@@ -10,7 +10,7 @@ import numpy as np
 from infotraj.effects.along import Along
 from infotraj.effects.base import Effect, overrides
 from infotraj.effects.channels import missing_channel
-from infotraj.effects.laws import ActuatorLaw, BodyLaw, ImuLaw
+from infotraj.effects.laws import ActuatorLaw, AirLaw, BodyLaw, ImuLaw
 from infotraj.errors import InputError, UsageError, problem
 from infotraj.flight import Flight
 from infotraj.models import body
@@ -19,6 +19,7 @@ from infotraj.models.prediction import AXES, Prediction
 from infotraj.models.prepared import Prepared, Segment
 from infotraj.models.recorded import Samples
 from infotraj.models.rotor_wrench import forces_at_rotors
+from infotraj.models.sensor_lag import as_sensed
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
@@ -61,14 +62,14 @@ class Model:
         if prepared.vehicle != self.vehicle:
             raise UsageError(problem("a flight prepared for another vehicle", self.vehicle.name, "Prepare it again."))
         prepared.kept.get("channels", tuple(e.key for e in self._acting), lambda: self._check_channels(prepared.flight))
-        law, imu, frame = self.actuator_law(), self.imu_law(), self.body_law()
-        law_key, imu_key = self._key("actuators"), self._key("imu")
+        law, imu, frame, air = self.actuator_law(), self.imu_law(), self.body_law(), self.air_law()
+        imu_key, others = self._key("imu"), self._key("actuators", "air")
         found = [
-            self._segment(prepared, s, prepared.along(s, imu, law, imu_key, law_key), imu, frame)
-            for s in prepared.segments(imu.delay, law.delay)
+            self._segment(prepared, s, prepared.along(s, imu, law, air, imu_key, others), imu, frame)
+            for s in prepared.segments(imu, law.delay)
         ]
-        rows = [np.concatenate([*(f[i][:-1] for f in found[:-1]), found[-1][i]]) for i in range(4)]
-        turned = [x @ imu.rotation.T for x in rows]
+        rows = [np.concatenate([*(f[i][:-1] for f in found[:-1]), found[-1][i]]) for i in range(len(found[0]))]
+        turned = [x @ imu.rotation.T for x in as_sensed(prepared.recorded, rows, imu.lag)]
         return Prediction(
             prepared.recorded.t,
             *turned,
@@ -91,6 +92,13 @@ class Model:
         law = ActuatorLaw.declared(self.vehicle)
         for effect in self._acting:
             law = effect.actuators(law)
+        return law
+
+    def air_law(self) -> AirLaw:
+        """The air of this model."""
+        law = AirLaw.still()
+        for effect in self._acting:
+            law = effect.air(law)
         return law
 
     def body_law(self) -> BodyLaw:
@@ -124,7 +132,7 @@ class Model:
     def _segment(self, prepared: Prepared, segment: Segment, along: Along, imu: ImuLaw, frame: BodyLaw):
         """Specific force, its mean, angular acceleration, its mean at the segment's rows, each (rows, 3)."""
         line, kept = segment.line, prepared.kept_of_segments
-        base_key = (self._key("actuators"), self._key("imu"))
+        base_key = (self._key("actuators", "air"), self._key("imu"))
         thrust_key = (base_key, self._key("thrust_factor", "thrust_loss", "reaction_factor"))
         thrust, total = kept.get(f"thrust {segment.start}", thrust_key, lambda: self._thrust(along, prepared))
         along = copy.copy(along)
@@ -145,7 +153,7 @@ class Model:
         spin_up = None
         if momenta and knows_turn:
             slope = sum(m[1] for m in momenta)
-            spin_up = self._spin_up(line, momentum, slope, frame)
+            spin_up = self._spin_up(line, momentum, slope, frame, imu.lag)
         if not knows_turn and frame.center_of_mass.any():
             angular = prepared.angular_acceleration(line.time, imu)
         f = body.specific_force(frame, force, rate, angular) if frame.mass is not None else unknown
@@ -160,11 +168,13 @@ class Model:
         if not knows_turn:
             angular = unknown
         result = [line.at_rows(f), line.means(f), line.at_rows(angular), line.means(angular)]
+        if imu.lag > 0.0:
+            result += [line.forcing(f), line.forcing(angular)]
         if spin_up is not None:
-            for i in (0, 1):
+            for of_force, of_turn, more in zip((0, 1, 4), (2, 3, 5), spin_up, strict=False):
                 if frame.center_of_mass.any():
-                    result[i] = result[i] - body.cross(spin_up[i], frame.center_of_mass)
-                result[i + 2] = result[i + 2] + spin_up[i]
+                    result[of_force] = result[of_force] - body.cross(more, frame.center_of_mass)
+                result[of_turn] = result[of_turn] + more
         return result
 
     def _thrust(self, along: Along, prepared: Prepared) -> tuple[Array, Array]:
@@ -179,14 +189,22 @@ class Model:
             ratio = ratio * effect.reaction_factor(along)
         return thrust, prepared.wrench(thrust, ratio, along.actuation)
 
-    def _spin_up(self, line, momentum: Array, slope: Array, frame: BodyLaw) -> tuple[Array, Array]:
-        """Angular acceleration by -dH/dt at the rows, and its mean over each step: the change of H, exactly."""
+    def _spin_up(self, line, momentum: Array, slope: Array, frame: BodyLaw, lag: float) -> tuple[Array, ...]:
+        """Angular acceleration by -dH/dt at the rows, and its mean over each step: the change of H, exactly.
+
+        Where the sensors are filtered, also what the filter takes up of it: what the nodes miss is spread evenly.
+        """
         inverse = np.linalg.inv(frame.inertia)
         at_rows = line.at_rows(momentum)
         time = line.time[line.row]
         mean = np.full_like(at_rows, np.nan)
         mean[:-1] = -np.diff(at_rows, axis=0) / np.diff(time)[:, None]
-        return -line.at_rows(slope) @ inverse, mean @ inverse
+        mean = mean @ inverse
+        if lag == 0.0:
+            return -line.at_rows(slope) @ inverse, mean
+        spread = -np.expm1(-np.append(np.diff(time), 0.0) / lag)[:, None]
+        turning = -slope @ inverse
+        return line.at_rows(turning), mean, line.forcing(turning) + spread * (mean - line.means(turning))
 
     def _check_channels(self, flight: Flight) -> None:
         for effect in self._acting:

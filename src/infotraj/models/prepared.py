@@ -15,11 +15,12 @@ from scipy.signal import savgol_filter
 from infotraj import rotations
 from infotraj.dynamics.inputs import for_vehicle
 from infotraj.effects.along import Actuation, Along, Motion, OriginPath
-from infotraj.effects.laws import ActuatorLaw, ImuLaw
+from infotraj.effects.laws import ActuatorLaw, AirLaw, ImuLaw
 from infotraj.flight import Flight
 from infotraj.models.actuation import rotors_at, tilts_at
 from infotraj.models.interpolation import interpolate
 from infotraj.models.recorded import Recorded, Samples, recorded
+from infotraj.models.sensor_lag import before_lag
 from infotraj.models.rotor_wrench import wrench_of_inputs
 from infotraj.models.timeline import Timeline, timeline
 from infotraj.rotations import Array
@@ -74,23 +75,26 @@ class Prepared:
         self.kept = Kept(max(2, min(6, _KEPT_ROWS // rows)))
         self.kept_of_segments = Kept(min(6, _KEPT_ROWS // rows))
 
-    def segments(self, imu_delay: float, command_delay: float) -> list[Segment]:
-        """The rows in stretches, sampled `imu_delay` (s) before their time, commands acting `command_delay` later."""
-        return self.kept.get("segments", (imu_delay, command_delay), lambda: self._segments(imu_delay, command_delay))
+    def segments(self, imu: ImuLaw, command_delay: float) -> list[Segment]:
+        """The rows in stretches, sampled before their time as the IMU was, commands acting `command_delay` (s) later."""
+        return self.kept.get("segments", (imu.delay, imu.lag, command_delay), lambda: self._segments(imu, command_delay))
 
-    def along(self, segment: Segment, imu: ImuLaw, law: ActuatorLaw, imu_key: Hashable, law_key: Hashable) -> Along:
-        """Motion and actuators at the segment's instants."""
+    def along(
+        self, segment: Segment, imu: ImuLaw, law: ActuatorLaw, air: AirLaw, imu_key: Hashable, others: Hashable
+    ) -> Along:
+        """Motion, actuators and air at the segment's instants; `others` is the key of the laws beside the IMU's."""
 
         def make() -> Along:
-            time, place = segment.line.time, (segment.start, imu.delay, law.delay)
-            pose = self.kept_of_segments.get(f"pose {segment.start}", place, lambda: self._pose(time))
+            time, instants = segment.line.time, (imu.delay, imu.lag > 0.0, law.delay)
+            pose = self.kept_of_segments.get(f"pose {segment.start}", instants, lambda: self._pose(time))
             rate = self.true_rate(imu)
             attitude, height, velocity, battery = pose
             motion = Motion(time - self.start, attitude, height, velocity, _at(rate, time), battery)
             actuators = self._actuators(segment, imu, law)
-            return Along(self.vehicle, motion, actuators, lambda key, fn: self._of_flight(key, imu, imu_key, fn))
+            of_flight = lambda key, fn: self._of_flight(key, imu, imu_key, fn)  # noqa: E731
+            return Along(self.vehicle, motion, actuators, of_flight, air=air)
 
-        return self.kept_of_segments.get(f"along {segment.start}", (imu_key, law_key), make)
+        return self.kept_of_segments.get(f"along {segment.start}", (imu_key, others), make)
 
     def _pose(self, time: Array) -> tuple[Array | None, ...]:
         """Attitude, height, velocity in body axes and voltage at `time` (N,) s of the flight's clock."""
@@ -110,8 +114,11 @@ class Prepared:
         rate = self.recorded.rate
         if rate is None or rate.derived:
             return rate
-        key = (imu.delay, imu.rate_bias.tobytes(), imu.rotation.tobytes())
-        turned = lambda: Samples(rate.times - imu.delay, (rate.values - imu.rate_bias) @ imu.rotation)  # noqa: E731
+        key = (imu.delay, imu.lag, imu.rate_bias.tobytes(), imu.rotation.tobytes())
+
+        def turned() -> Samples:
+            return Samples(rate.times - imu.delay, (before_lag(rate, imu.lag) - imu.rate_bias) @ imu.rotation)
+
         return self.kept.get("true rate", key, turned)
 
     def true_specific_force(self, imu: ImuLaw) -> Samples | None:
@@ -119,7 +126,7 @@ class Prepared:
         force = self.recorded.specific_force
         if force is None or force.derived:
             return force
-        return Samples(force.times - imu.delay, force.values @ imu.rotation)
+        return Samples(force.times - imu.delay, before_lag(force, imu.lag) @ imu.rotation)
 
     def angular_acceleration(self, time: Array, imu: ImuLaw) -> Array | None:
         """Recorded angular acceleration (N, 3), rad/s^2, by central differences of the rates."""
@@ -147,8 +154,8 @@ class Prepared:
     def _of_flight(self, key: Hashable, imu: ImuLaw, imu_key: Hashable, make: Callable[[OriginPath], T]) -> T:
         return self.kept.get("of flight", (key, imu_key), lambda: make(self.origin_path(imu)))
 
-    def _segments(self, imu_delay: float, command_delay: float) -> list[Segment]:
-        t = self.recorded.t - imu_delay
+    def _segments(self, imu: ImuLaw, command_delay: float) -> list[Segment]:
+        t = self.recorded.t - imu.delay
         r = self.recorded
         commands = [s.times for s, given in ((r.rotor, r.rotor_commanded), (r.tilt, r.tilt_commanded)) if given]
         jumps = np.unique(np.concatenate(commands)) + command_delay if commands else np.zeros(0)
@@ -156,19 +163,19 @@ class Prepared:
         for start in range(0, max(len(t) - 1, 1), SEGMENT):
             stop = min(start + SEGMENT + 1, len(t))
             inside = slice(*np.searchsorted(jumps, [t[start], t[stop - 1]]))
-            found.append(Segment(start, stop, timeline(t[start:stop], jumps[inside])))
+            found.append(Segment(start, stop, timeline(t[start:stop], jumps[inside], imu.lag)))
         return found
 
     def _actuators(self, segment: Segment, imu: ImuLaw, law: ActuatorLaw) -> Actuation:
         """The part of the flight's actuators that belongs to the segment."""
-        r, segments = self.recorded, self.segments(imu.delay, law.delay)
+        r, segments = self.recorded, self.segments(imu, law.delay)
 
         def over_flight(response: Callable[[Array], tuple[Array, Array]]) -> list[tuple[Array, Array]]:
             values, slopes = response(np.concatenate([s.line.time for s in segments]))
             ends = np.cumsum([0, *(len(s.line.time) for s in segments)])
             return [(values[a:b], slopes[a:b]) for a, b in pairwise(ends)]
 
-        times = (imu.delay, law.delay)
+        times = (imu.delay, imu.lag > 0.0, law.delay)
         rotor_key = (*times, law.rotor_time_constant.tobytes())
         rotor = self.kept.get("rotors", rotor_key, lambda: over_flight(partial(rotors_at, r, law)))
         tilt_key = (*times, *(x.tobytes() for x in (law.tilt_time_constant, law.tilt_max_rate, law.tilt_play)))

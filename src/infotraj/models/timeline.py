@@ -1,7 +1,8 @@
 """Instants at which a prediction is evaluated: one for each row, and two between rows for means over the step.
 
 The means use Gauss' formula with two points on every stretch without a jump of a command, so their error is of
-fourth order in the stretch. A delayed command jumps between rows: the step is cut there.
+fourth order in the stretch. A delayed command jumps between rows: the step is cut there. Where the sensors are
+filtered, a stretch has four points, and the filter is solved for the cubic through them.
 """
 
 from __future__ import annotations
@@ -11,16 +12,21 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from infotraj.models.sensor_lag import shares
 from infotraj.rotations import Array
 
 
 @dataclass(frozen=True)
 class Timeline:
-    """time (N,) s, increasing; row (n,): which of them are the rows' own; weight (N,): of the mean over the step."""
+    """time (N,) s, increasing; row (n,): which of them are the rows' own; weight (N,): of the mean over the step.
+
+    lagged (N,): weight of what a filter of the sensors takes up over the step; zeros where there is none.
+    """
 
     time: Array
     row: Array
     weight: Array
+    lagged: Array
 
     def at_rows(self, values: Array) -> Array:
         """Values (N, c) at the rows, (n, c)."""
@@ -28,23 +34,36 @@ class Timeline:
 
     def means(self, values: Array) -> Array:
         """Mean of values (N, c) from each row to the next, (n, c); NaN in the last row."""
-        total = np.add.reduceat(values * self.weight[:, None], self.row, axis=0)
+        return self._summed(values, self.weight)
+
+    def forcing(self, values: Array) -> Array:
+        """What the sensors' filter takes up of values (N, c) from each row to the next, (n, c); NaN in the last row."""
+        return self._summed(values, self.lagged)
+
+    def _summed(self, values: Array, weight: Array) -> Array:
+        total = np.add.reduceat(values * weight[:, None], self.row, axis=0)
         total[-1] = np.nan
         return total
 
 
-def timeline(rows: Array, jumps: Array) -> Timeline:
-    """The timeline of rows (n,) s with commands that jump at `jumps` (m,) s, both increasing."""
-    time, row, weight = _timeline(np.ascontiguousarray(rows), np.ascontiguousarray(jumps))
-    return Timeline(time, row, weight)
+def timeline(rows: Array, jumps: Array, lag: float = 0.0) -> Timeline:
+    """The timeline of rows (n,) s with commands that jump at `jumps` (m,) s, both increasing.
+
+    lag (s): time constant of the sensors' filter.
+    """
+    places, weights = np.polynomial.legendre.leggauss(4 if lag > 0.0 else 2)
+    places = (1.0 + places) / 2
+    basis = np.linalg.inv(np.vander(places, increasing=True)).T.copy()
+    given = np.ascontiguousarray(rows, dtype=float), np.ascontiguousarray(jumps, dtype=float)
+    return Timeline(*_timeline(*given, places, weights / 2, lag, basis))
 
 
 @njit(cache=True)
-def _timeline(rows, jumps):
-    n = len(rows)
-    size = 3 * n + 2 * len(jumps)
+def _timeline(rows, jumps, places, weights, lag, basis):
+    n, nodes = len(rows), len(places)
+    size = (1 + nodes) * n + nodes * len(jumps)
     time, weight, row = np.empty(size), np.zeros(size), np.empty(n, dtype=np.int64)
-    low, high = 0.5 - np.sqrt(3.0) / 6, 0.5 + np.sqrt(3.0) / 6
+    lagged = np.zeros(size)
     count, j = 0, 0
     for k in range(n):
         row[k] = count
@@ -61,11 +80,13 @@ def _timeline(rows, jumps):
             if j < len(jumps) and jumps[j] < stop - near:
                 end = jumps[j]
                 j += 1
-            for place in (low, high):
-                time[count] = start + place * (end - start)
-                weight[count] = 0.5 * (end - start) / step
-                count += 1
+            for i in range(nodes):
+                time[count + i] = start + places[i] * (end - start)
+                weight[count + i] = weights[i] * (end - start) / step
+            if lag > 0.0:
+                lagged[count : count + nodes] = shares(end - start, lag, basis) * np.exp(-(stop - end) / lag)
+            count += nodes
             if end == stop:
                 break
             start = end
-    return time[:count], row, weight[:count]
+    return time[:count], row, weight[:count], lagged[:count]

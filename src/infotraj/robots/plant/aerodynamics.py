@@ -18,6 +18,9 @@ ROTOR = np.dtype(
         ("position", "f8", (3,)),  # m, at zero tilt
         ("axis", "f8", (3,)),  # at zero tilt
         ("thrust_coefficient", "f8"),  # N s^2/rad^2, true, with the coaxial loss
+        ("hover", "f8"),  # rad/s, by the vehicle file
+        ("exponent", "f8"),  # of the speed in the thrust
+        ("spin", "f8"),  # +1: counter-clockwise from above
         ("moment", "f8"),  # m, signed: torque on the body along the axis over the thrust
         ("max_speed", "f8"),  # rad/s
         ("rise", "f8"),  # s
@@ -42,6 +45,10 @@ AIR = np.dtype(
         ("linear_drag", "f8", (3,)),
         ("quadratic_drag", "f8", (3,)),
         ("angular_damping", "f8", (3,)),
+        ("wind", "f8", (3,)),  # m/s, world
+        ("pressure_centre", "f8", (3,)),  # m
+        ("hub_moment", "f8"),
+        ("translational_lift", "f8"),
         ("ground_effect", "f8"),
         ("tilt_interference", "f8"),
         ("flapping", "f8"),  # s/m
@@ -61,6 +68,8 @@ def rotor_table(vehicle: Vehicle, truth: Truth) -> np.ndarray:
         row["position"], row["axis"] = rotor.position, rotor.axis
         loss = truth.air.coaxial_loss if rotor.coaxial == "lower" else 0.0
         row["thrust_coefficient"] = rotor.thrust_coefficient * truth.rotors.thrust_factor[i] * (1.0 - loss)
+        row["spin"], row["exponent"] = rotor.spin, truth.rotors.thrust_exponent
+        row["hover"] = np.sqrt(vehicle.mass * vehicle.gravity / len(vehicle.rotors) / rotor.thrust_coefficient)
         row["moment"] = -rotor.spin * rotor.moment_constant * truth.rotors.moment_factor[i]
         row["max_speed"] = rotor.max_speed or np.inf
         row["rise"], row["fall"] = truth.rotors.rise_time_constant, truth.rotors.fall_time_constant
@@ -89,6 +98,8 @@ def air_table(truth: Truth) -> np.ndarray:
     table["axial_inflow"], table["rotor_drag"] = air.axial_inflow, air.rotor_drag
     table["linear_drag"], table["quadratic_drag"] = air.linear_drag, air.quadratic_drag
     table["angular_damping"] = air.angular_damping
+    table["wind"], table["pressure_centre"] = air.wind, air.pressure_centre
+    table["hub_moment"], table["translational_lift"] = air.hub_moment, air.translational_lift
     table["ground_effect"], table["tilt_interference"] = air.ground_effect, air.tilt_interference
     table["flapping"], table["hub_stiffness"] = air.flapping, air.hub_stiffness
     hysteresis = truth.hidden.hysteresis
@@ -178,22 +189,26 @@ def wake_losses(rotors, air, thrust, position, direction, loss):
 
 @njit(cache=True, error_model="numpy")
 def thrusts(rotors, air, square, velocity, rate, position, direction, loss, thrust):
-    """Thrust of every rotor (N), at least 0: k_F w^2 (1 - wake loss) factor - axial_inflow w (v_r . d), into `thrust`.
+    """Thrust of every rotor (N), at least 0, into `thrust`.
 
-    square (rotors,) speeds squared; velocity and rate (3,) of the body's origin, body frame, through still air.
+    k_F w_h^(2-n) w^n (1 - wake loss) factor - axial_inflow w (v_r . d) + translational_lift |v_perp|^2, w_h the speed in
+    hover and v_r = v_perp + (v_r . d) d. square (rotors,) speeds squared; velocity and rate (3,) of the body's origin,
+    body frame, through the air.
     """
     for i in range(rotors.shape[0]):
         thrust[i] = rotors[i].thrust_coefficient * square[i]
+        if rotors[i].exponent != 2.0:
+            thrust[i] *= (square[i] / rotors[i].hover ** 2) ** (0.5 * (rotors[i].exponent - 2.0)) if square[i] > 0 else 0
     wake_losses(rotors, air, thrust, position, direction, loss)
-    k = air[0].axial_inflow
+    k, lift = air[0].axial_inflow, air[0].translational_lift
     for i in range(rotors.shape[0]):
         p, d = position[i], direction[i]
-        along = (
-            (velocity[0] + rate[1] * p[2] - rate[2] * p[1]) * d[0]
-            + (velocity[1] + rate[2] * p[0] - rate[0] * p[2]) * d[1]
-            + (velocity[2] + rate[0] * p[1] - rate[1] * p[0]) * d[2]
-        )
-        thrust[i] = max(thrust[i] * (1.0 - loss[i]) * rotors[i].factor - k * np.sqrt(square[i]) * along, 0.0)
+        vx = velocity[0] + rate[1] * p[2] - rate[2] * p[1]
+        vy = velocity[1] + rate[2] * p[0] - rate[0] * p[2]
+        vz = velocity[2] + rate[0] * p[1] - rate[1] * p[0]
+        along = vx * d[0] + vy * d[1] + vz * d[2]
+        own = thrust[i] * (1.0 - loss[i]) * rotors[i].factor - k * np.sqrt(square[i]) * along
+        thrust[i] = max(own + lift * (vx * vx + vy * vy + vz * vz - along * along), 0.0)
 
 
 @njit(cache=True, error_model="numpy")
@@ -201,12 +216,16 @@ def drag(rotors, air, square, velocity, rate, position, direction, wrench):
     """Force (N) and torque (N m) of the air about the body's origin, body frame, into `wrench` (6,).
 
     Rotors: -rotor_drag w v_perp at each rotor, v_perp its air velocity across its axis. Body: linear and quadratic
-    drag axis by axis at the origin, and angular damping.
+    drag axis by axis at the centre of pressure, and angular damping.
     """
     a = air[0]
     for c in range(3):
         wrench[c] = -(a.linear_drag[c] + a.quadratic_drag[c] * abs(velocity[c])) * velocity[c]
         wrench[3 + c] = -a.angular_damping[c] * rate[c]
+    c = a.pressure_centre
+    wrench[3] += c[1] * wrench[2] - c[2] * wrench[1]
+    wrench[4] += c[2] * wrench[0] - c[0] * wrench[2]
+    wrench[5] += c[0] * wrench[1] - c[1] * wrench[0]
     if a.rotor_drag == 0.0:
         return
     for i in range(rotors.shape[0]):
@@ -261,8 +280,11 @@ def drive(rotors, air, axes, zero, arms, arm_dofs, command, dt, speed, qpos, qve
     R[0, 0], R[0, 1], R[0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)
     R[1, 0], R[1, 1], R[1, 2] = 2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)
     R[2, 0], R[2, 1], R[2, 2] = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
+    wind = air[0].wind
     for c in range(3):
-        velocity[c] = R[0, c] * qvel[0] + R[1, c] * qvel[1] + R[2, c] * qvel[2]
+        velocity[c] = 0.0
+        for row in range(3):
+            velocity[c] += R[row, c] * (qvel[row] - wind[row])
     rate = qvel[3:6]
     spin_up(rotors, command, dt, speed, square)
     frames(rotors, axes, tilt, position, direction)
@@ -270,6 +292,7 @@ def drive(rotors, air, axes, zero, arms, arm_dofs, command, dt, speed, qpos, qve
     thrusts(rotors, air, square, velocity, rate, position, direction, loss, thrust)
     drag(rotors, air, square, velocity, rate, position, direction, wrench)
     rotor_moments.flapping(rotors, air, thrust, velocity, rate, position, direction, wrench)
+    rotor_moments.rolling(rotors, air, square, velocity, rate, position, direction, wrench)
     rotor_moments.gyroscopic(rotors, axes, slope, command, square, rate, direction, wrench)
     for c in range(3):
         applied[c] = R[c, 0] * wrench[0] + R[c, 1] * wrench[1] + R[c, 2] * wrench[2]

@@ -44,11 +44,12 @@ class FlexibleArm(_Strict):
 
 
 class ImuErrors(_Strict):
-    """What the IMU measures: R(rotvec) times the body's rate and specific force, plus gyro_bias, `delay` ago."""
+    """What the IMU measures: R(rotvec) times the body's rate and specific force, filtered, plus gyro_bias, `delay` ago."""
 
     gyro_bias: Vector = Field(Zero, description="rad/s")
     rotvec: Vector = Field(Zero, description="rad")
     delay: NotNegative = Field(0.0, description="s, a whole number of time steps")
+    lag: NotNegative = Field(0.0, description="s, time constant of a first-order filter of both")
 
 
 class Turbulence(_Strict):

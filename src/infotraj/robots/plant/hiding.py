@@ -235,6 +235,12 @@ CATALOGUE: dict[str, Hide] = {
     "gyro_bias": lambda truth, vehicle, values: _imu(truth, gyro_bias=_triple(values["b"])),
     "imu_misalignment": lambda truth, vehicle, values: _imu(truth, rotvec=_triple(values["rotvec"])),
     "time_offset": lambda truth, vehicle, values: _imu(truth, delay=values["dt"]),
+    "wind": _of("air", "wind", "v", _triple),
+    "pressure_centre": _of("air", "pressure_centre", "r", _triple),
+    "hub_moment": _of("air", "hub_moment", "k"),
+    "translational_lift": _of("air", "translational_lift", "k"),
+    "thrust_exponent": _of("rotors", "thrust_exponent", "n"),
+    "sensor_lag": lambda truth, vehicle, values: _imu(truth, lag=values["time_constant"]),
 }
 
 RICHER: dict[str, Hide] = {

@@ -1,4 +1,4 @@
-"""What happens later than it should: commands on their way to the actuators, IMU samples on their way to the log."""
+"""What happens later than it should: commands on their way to the actuators, the IMU on its way to the log."""
 
 from __future__ import annotations
 
@@ -54,3 +54,26 @@ class LateSamples:
     def read(self, step: int, present: Array) -> Array:
         """The sample for the row at this time step; the present one where none is old enough."""
         return self._taken.pop(step - self._steps, present)
+
+
+class Filter:
+    """A first-order low-pass of gyro and specific force (6,), time constant `lag` (s).
+
+    Exact for an input that is a straight line over each step.
+    """
+
+    def __init__(self, lag: float, timestep: float) -> None:
+        self._kept = float(np.exp(-timestep / lag))
+        self._late = lag / timestep * (1.0 - self._kept)
+        self._last = self.value = np.zeros(6)
+
+    def settle(self, present: Array) -> None:
+        """As after a long time at `present`."""
+        self._last = self.value = np.array(present)
+
+    def move(self, present: Array) -> None:
+        """One time step on; `present`: the input at its end."""
+        # y' = (x - y) / lag with x from `last` to `present`: what is held, the past input, the newest.
+        k, late = self._kept, self._late
+        self.value = k * self.value + (late - k) * self._last + (1.0 - late) * present
+        self._last = np.array(present)

@@ -25,7 +25,7 @@ from infotraj.robots.plant import aerodynamics
 from infotraj.robots.plant.disturbances import Disturbances
 from infotraj.robots.plant.estimator import Estimator
 from infotraj.robots.plant.hidden import Disturbance, ImuErrors
-from infotraj.robots.plant.lateness import LateCommands, LateSamples, whole_steps
+from infotraj.robots.plant.lateness import Filter, LateCommands, LateSamples, whole_steps
 from infotraj.robots.plant.model import Bodies
 from infotraj.robots.plant.sensors import IMU_PERIOD, MOCAP_PERIOD, Noise, turned
 from infotraj.robots.plant.static import StaticPlant
@@ -79,6 +79,8 @@ class Plant:
         self._late = LateCommands(whole_steps(truth.hidden.command_delay, timestep, "command_delay"))
         self._imu_late = whole_steps(truth.hidden.imu.delay, timestep, "imu delay")
         self._samples = LateSamples(self._imu_late, self._substeps)
+        lag = truth.hidden.imu.lag
+        self._filter = Filter(lag, timestep) if lag > 0.0 else None
         self._imu_turn = rotations.matrix(rotations.exp(np.array(truth.hidden.imu.rotvec)))
         self._disturbances: Disturbances | None = None
         self._disturbed = truth.hidden.disturbance != Disturbance()
@@ -99,6 +101,8 @@ class Plant:
         self._act(rotor_command, tilt_command)
         self.speed[:] = np.clip(rotor_command, 0.0, self._rotors["max_speed"])
         self.observe()
+        if self._filter is not None:
+            self._filter.settle(self._felt())
 
     def command(self, rotor_command: Array, tilt_command: Array) -> None:
         """Rotor speeds (rotors,) rad/s and tilts (tilts,) rad, held until the next command."""
@@ -119,6 +123,9 @@ class Plant:
             self._drive(self.bodies.timestep)
             self.bodies.step()
             self._step += 1
+            if self._filter is not None:
+                self.observe()
+                self._filter.move(self._felt())
 
     def observe(self) -> None:
         """Thrusts, accelerations and sensors of the present instant."""
@@ -220,10 +227,15 @@ class Plant:
 
     def _measured(self) -> Array:
         """What the IMU measures at this instant, without noise: gyro and specific force (6,)."""
-        imu, b = self.truth.hidden.imu, self.bodies
+        imu = self.truth.hidden.imu
+        felt = self._felt() if self._filter is None else self._filter.value
         if imu == ImuErrors():
-            return np.concatenate([b.gyro, b.specific_force])
-        return np.concatenate([self._imu_turn @ b.gyro + np.array(imu.gyro_bias), self._imu_turn @ b.specific_force])
+            return felt
+        return np.concatenate([self._imu_turn @ felt[:3] + np.array(imu.gyro_bias), self._imu_turn @ felt[3:]])
+
+    def _felt(self) -> Array:
+        """Rate and specific force (6,) of the body at this instant."""
+        return np.concatenate([self.bodies.gyro, self.bodies.specific_force])
 
     def _drive(self, dt: float) -> None:
         b = self.bodies

@@ -1,4 +1,4 @@
-"""What rotors do to the body beside thrust, reaction torque and drag: angular momentum, blades that flap. Compiled."""
+"""What rotors do to the body beside thrust, reaction torque and drag: angular momentum, flapping, rolling. Compiled."""
 
 from __future__ import annotations
 
@@ -17,9 +17,7 @@ def gyroscopic(rotors, axes, slope, command, square, rate, direction, wrench):
     h, change = np.zeros(3), np.zeros(3)
     for i in range(rotors.shape[0]):
         r, d = rotors[i], direction[i]
-        # the reaction torque on the body is minus spin x moment: a rotor with a positive one turns clockwise
-        spin = -np.sign(r.moment)
-        w = np.sqrt(square[i])
+        spin, w = r.spin, np.sqrt(square[i])
         target = min(max(command[i], 0.0), r.max_speed)
         lag = r.rise if w < target else r.fall
         gain = (target - w) / lag if lag > 0.0 else 0.0
@@ -61,3 +59,21 @@ def flapping(rotors, air, thrust, velocity, rate, position, direction, wrench):
         wrench[3] += -(p[1] * az - p[2] * ay) + e * (ay * d[2] - az * d[1])
         wrench[4] += -(p[2] * ax - p[0] * az) + e * (az * d[0] - ax * d[2])
         wrench[5] += -(p[0] * ay - p[1] * ax) + e * (ax * d[1] - ay * d[0])
+
+
+@njit(cache=True, error_model="numpy")
+def rolling(rotors, air, square, velocity, rate, position, direction, wrench):
+    """Adds the moment -k spin w v_perp of every rotor to `wrench` (6,): advancing blades lift more than retreating."""
+    k = air[0].hub_moment
+    if k == 0.0:
+        return
+    for i in range(rotors.shape[0]):
+        p, d = position[i], direction[i]
+        vx = velocity[0] + rate[1] * p[2] - rate[2] * p[1]
+        vy = velocity[1] + rate[2] * p[0] - rate[0] * p[2]
+        vz = velocity[2] + rate[0] * p[1] - rate[1] * p[0]
+        along = vx * d[0] + vy * d[1] + vz * d[2]
+        size = -k * rotors[i].spin * np.sqrt(square[i])
+        wrench[3] += size * (vx - along * d[0])
+        wrench[4] += size * (vy - along * d[1])
+        wrench[5] += size * (vz - along * d[2])

@@ -41,6 +41,7 @@ class Rotors(_Strict):
     rise_time_constant: NotNegative = Field(description="s, of a speed that grows")
     fall_time_constant: NotNegative = Field(description="s, of a speed that falls")
     inertia: NotNegative = Field(0.0, description="kg m^2, of one rotor about its axis: gyroscopic torques only")
+    thrust_exponent: Positive = Field(2.0, description="of the speed in the thrust, which is the same in hover")
 
 
 class Interference(_Strict):
@@ -60,6 +61,10 @@ class Air(_Strict):
     linear_drag: NotNegativeVector = Field((0.0, 0.0, 0.0), description="N s/m, body axes")
     quadratic_drag: NotNegativeVector = Field((0.0, 0.0, 0.0), description="N s^2/m^2, body axes")
     angular_damping: NotNegativeVector = Field((0.0, 0.0, 0.0), description="N m s/rad, body axes")
+    wind: Vector = Field((0.0, 0.0, 0.0), description="m/s, of the air, world axes")
+    pressure_centre: Vector = Field((0.0, 0.0, 0.0), description="m, where the body's drag acts, body axes")
+    hub_moment: NotNegative = Field(0.0, description="N m s^2/(m rad): moment over speed and air across the rotor")
+    translational_lift: NotNegative = Field(0.0, description="N s^2/m^2: thrust by the square of the air across")
     ground_effect: NotNegative = Field(0.0, description="thrust times 1 + this (R / height)^2")
     tilt_interference: NotNegative = Field(0.0, description="the catalogue's rotor_interference; not the wakes above")
     flapping: NotNegative = Field(0.0, description="s/m: in-plane force over thrust and speed across the rotor")
