@@ -152,7 +152,9 @@ def _truth(vehicle, pairs):
         float(value("gyroscopic", "rotor_inertia")),
         np.array([r.get("time_constant", 0.0) for r in files]) + value("rotor_lag", "extra_time_constant"),
         float(value("rotor_interference", "k")),
-        np.sqrt(vehicle["mass"] * vehicle.get("gravity", 9.81) / n / np.array([r["thrust_coefficient"] for r in files])),
+        np.sqrt(
+            vehicle["mass"] * vehicle.get("gravity", 9.81) / n / np.array([r["thrust_coefficient"] for r in files])
+        ),
         float(value("thrust_exponent", "n", 2.0)),
         float(value("translational_lift", "k")),
         float(value("hub_moment", "k")),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 
 import numpy as np
@@ -18,6 +19,7 @@ from infotraj.robots.plant.sensors import Noise
 from infotraj.trajectories.standard import Extent, standard
 from infotraj.vehicle import Vehicle, load_vehicle
 
+Named = Sequence[tuple[str, dict]]
 QUIET = Noise(*(1e-5 * np.array([Noise().position, Noise().attitude, Noise().rate, Noise().specific_force])))
 VEHICLES = {name: load_vehicle(f"config/vehicles/{name}.yaml") for name in ("omav", "quadrotor")}
 FLOWN = {
@@ -93,18 +95,38 @@ EFFECTS = {
 }
 
 
+# What acts only beside another, with what stands beside it.
+BESIDE = {
+    "omav": (
+        ("wind", {"v": [3.0, -2.0, 0.5]}, ("linear_drag", {"d": [0.4, 0.5, 0.3]})),
+        ("wind", {"v": [3.0, -2.0, 0.5]}, ("quadratic_drag", {"d": [0.25, 0.3, 0.2]})),
+        ("wind", {"v": [3.0, -2.0, 0.5]}, ("rotor_drag", {"k": 6e-5})),
+        ("wind", {"v": [3.0, -2.0, 0.5]}, ("axial_inflow", {"k": 2e-4})),
+        ("wind", {"v": [3.0, -2.0, 0.5]}, ("translational_lift", {"k": 6e-3})),
+        ("pressure_centre", {"r": [0.02, -0.03, 0.04]}, ("linear_drag", {"d": [0.4, 0.5, 0.3]})),
+    ),
+    "quadrotor": (
+        ("wind", {"v": [2.5, -2.0, 0.5]}, ("linear_drag", {"d": [0.12, 0.15, 0.08]})),
+        ("wind", {"v": [2.5, -2.0, 0.5]}, ("rotor_drag", {"k": 3e-5})),
+        ("wind", {"v": [2.5, -2.0, 0.5]}, ("translational_lift", {"k": 4e-3})),
+        ("wind", {"v": [2.5, -2.0, 0.5]}, ("hub_moment", {"k": 1e-5})),
+        ("pressure_centre", {"r": [0.02, -0.015, 0.03]}, ("quadratic_drag", {"d": [0.08, 0.1, 0.05]})),
+    ),
+}
+
+
 def vehicle_for(name: str, values: dict) -> Vehicle:
     """The vehicle; with a nominal voltage where the effect is one of the voltage."""
     voltage = {"nominal_voltage": 16.0} if "exponent" in values else {}
     return VEHICLES[name].model_copy(update=voltage)
 
 
-def flights(name: str, effect: str | None, values: dict, seconds: float = 4.0) -> list[Flight]:
+def flights(name: str, effect: str | None, values: dict, seconds: float = 4.0, beside: Named = ()) -> list[Flight]:
     """Flights with exact poses and velocities in every row, and all but noiseless sensors."""
     vehicle, (kinds, extent, controller) = vehicle_for(name, values), FLOWN[name]
     if effect == "suspended_load" and name == "quadrotor":
         extent = Extent(pace=0.6, low=0.15, tilt=0.0)  # a load that swings wide is unpredictable
-    truth = hide(vehicle, [(effect, values)] if effect else [])
+    truth = hide(vehicle, [*beside, *([(effect, values)] if effect else [])])
     made = []
     for kind in kinds:
         reference = standard(kind, seconds, extent, np.random.default_rng(3))
@@ -114,10 +136,11 @@ def flights(name: str, effect: str | None, values: dict, seconds: float = 4.0) -
     return made
 
 
-def left(name: str, found: list[Flight], effect: str | None, values: dict) -> float:
+def left(name: str, found: list[Flight], effect: str | None, values: dict, beside: Named = ()) -> float:
     """Largest root mean square of the residual over all axes, as 50 ms means, in units of the usual sensors' noise."""
     vehicle = vehicle_for(name, values)
-    model = Model(vehicle, [effect_class(effect)(**values)] if effect else [])
+    known = [*beside, *([(effect, values)] if effect else [])]
+    model = Model(vehicle, [effect_class(n)(**v) for n, v in known])
     parts: dict[str, list] = {}
     for flight in found:
         samples = flight_samples(Model(vehicle), flight)

@@ -98,7 +98,15 @@ TOGETHER = {
     "imu": ("omav", ["gyro_bias", "imu_misalignment", "time_offset", "com_offset", "angular_damping"]),
     "air": (
         "omav",
-        ["wind", "pressure_centre", "linear_drag", "quadratic_drag", "rotor_drag", "axial_inflow", "translational_lift"],
+        [
+            "wind",
+            "pressure_centre",
+            "linear_drag",
+            "quadratic_drag",
+            "rotor_drag",
+            "axial_inflow",
+            "translational_lift",
+        ],
     ),
     "thrust curve": ("omav", ["thrust_exponent", "rotor_interference", "battery_sag", "coaxial_loss", "ground_effect"]),
     "filtered": (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hidden_plants import EFFECTS, VEHICLES, flights, floor, left
+from hidden_plants import BESIDE, EFFECTS, VEHICLES, flights, floor, left
 
 from infotraj.errors import InputError
 from infotraj.robots.plant.hiding import CATALOGUE, clutter, hide
@@ -24,6 +24,16 @@ def test_the_true_parameters_explain_the_plant(vehicle, effect, values):
     assert nominal > (0.05 if effect in SMALL else 0.25)
     key = "battery_sag exponent" if "exponent" in values else effect
     assert true < floor(vehicle) + LOOSE.get(key, 0.02)
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "effect", "values", "beside"), [(v, *case) for v, cases in BESIDE.items() for case in cases],
+    ids=lambda v: v if isinstance(v, str) else v[0] if isinstance(v, tuple) else "",
+)  # fmt: skip
+def test_what_acts_beside_another_explains_the_plant_beside_it(vehicle, effect, values, beside):
+    found = flights(vehicle, effect, values, beside=[beside])
+    assert left(vehicle, found, None, values, [beside]) > 0.25
+    assert left(vehicle, found, effect, values, [beside]) < floor(vehicle) + 0.02
 
 
 def test_every_effect_of_the_catalogue_can_be_hidden():

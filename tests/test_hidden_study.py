@@ -46,10 +46,20 @@ def test_the_plan_is_as_large_as_was_asked_for():
     assert count["nothing", "omav"] >= 150
     assert count["nothing", "quadrotor"] >= 150
     for vehicle in STUDY.vehicles.values():
-        assert len(set(vehicle.pairs)) == 12
+        assert len(set(vehicle.pairs)) == 17
         assert len(set(vehicle.triples)) == 8
     runs = STUDY.runs
     assert min(runs.single, runs.other_size, runs.several + runs.several_clutter, runs.richer, runs.unlisted) >= 10
+
+
+def test_what_acts_beside_another_only_is_hidden_beside_it_only():
+    from infotraj.effects import effect_class
+
+    found = {c.effects for c in (b.case for b in batches(STUDY)) if c.vehicle == "omav"}
+    for name in ("wind", "pressure_centre"):
+        with_it = [[n for n, _ in effects] for effects in found if name in dict(effects)]
+        assert with_it
+        assert all(set(effect_class(name).beside) & set(names) for names in with_it)
 
 
 def test_sizes_multiply_the_change_and_seeds_vary_it():

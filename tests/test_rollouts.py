@@ -96,6 +96,8 @@ def test_actuators_stand_where_the_commands_brought_them(mujoco_flight):
         ("steady_force", {"f": [0.3, -0.2, 0.1]}),
         ("com_offset", {"r": [0.005, -0.003, 0.004]}),
         ("thrust_scale", {"factor": 0.9}),
+        ("hub_moment", {"k": 2e-5}),
+        ("thrust_exponent", {"n": 2.2}),
     ],
 )
 def test_linear_form_and_evaluation_state_by_state_agree(mujoco_flight, monkeypatch, name, values):
@@ -109,6 +111,19 @@ def test_linear_form_and_evaluation_state_by_state_agree(mujoco_flight, monkeypa
     assert np.array_equal(there, np.isfinite(fast.errors))
     assert np.abs(fast.errors - slow.errors)[there].max() < 1e-8
     assert np.abs(plain.errors - slow.errors)[there].max() > 1e-5
+
+
+def test_wind_acts_in_rollouts(mujoco_flight):
+    """On an even linear drag it is a steady force, by the linear form and state by state alike."""
+    vehicle, d, v = load_vehicle(QUADROTOR), 0.2, np.array([3.0, -2.0, 0.5])
+    drag = catalogue()["linear_drag"](d=[d, d, d])
+    windy, pushed, still = (
+        rollouts(Model(vehicle, [drag, *more]), mujoco_flight, parse_horizons("10"))
+        for more in ([catalogue()["wind"](v=v)], [catalogue()["steady_force"](f=d * v)], [])
+    )
+    there = np.isfinite(windy.errors)
+    assert np.abs(windy.errors - pushed.errors)[there].max() < 1e-9
+    assert np.abs(windy.errors - still.errors)[there].max() > 1e-4
 
 
 def test_an_effect_that_is_not_linear_is_evaluated_at_every_state(mujoco_flight):

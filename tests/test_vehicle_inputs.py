@@ -279,6 +279,7 @@ def test_effects_of_single_rotors_are_not_testable_without_rotors_and_the_others
     vehicle = with_wrench(nominal_voltage=16.8)
     none = {n: cls.cannot_show(vehicle, flight) for n, cls in catalogue().items()}
     single = {"rotor_effectiveness", "coaxial_loss", "axial_inflow", "ground_effect", "rotor_drag", "gyroscopic"}
+    single |= {"hub_moment", "translational_lift", "thrust_exponent"}
     assert {n for n, why in none.items() if why == "no rotors in the vehicle file"} == single
     tilts = {"servo_lag", "servo_rate_limit", "servo_backlash", "servo_bias", "rotor_interference"}
     assert {n for n, why in none.items() if why == "the vehicle has no tilts"} == tilts

@@ -11,7 +11,7 @@ from infotraj.vehicle import Vehicle
 
 
 class Wind(Effect):
-    """The air moves with v, world axes: what the air does follows from R^T (v_body - v) in place of the body's velocity.
+    """The air moves with v, world axes: what it does follows from R^T (v_body - v) in place of the body's velocity.
 
     One constant value for all flights of a model. Every effect of the air sees it: the drags, axial inflow, hub moment,
     translational lift. Without any of them in the model it changes nothing: wind then shows as steady_force, and with

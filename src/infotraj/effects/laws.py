@@ -41,7 +41,7 @@ class ActuatorLaw:
 
 @dataclass(frozen=True)
 class AirLaw:
-    """What the body flies through: wind (3,) m/s, world axes, and where drag acts, pressure_centre (3,) m, body axes."""
+    """What the body flies through: wind (3,) m/s, world axes; pressure_centre (3,) m, body axes: where drag acts."""
 
     wind: Array
     pressure_centre: Array

@@ -256,8 +256,8 @@ def hover_thrust(vehicle: Vehicle) -> float:
 def cancelling(vehicle: Vehicle, flight: Flight, what: str) -> str | None:
     """The reason where rotors on one axis always turn so that `what` of theirs cancels, else None.
 
-    what: "reaction torques", "angular momenta" or "hub moments" (those of the air that all meet alike). Asked of commands or measured values, rotor by rotor; rotors belong
-    together that share tilt and axis.
+    what: "reaction torques", "angular momenta" or "hub moments" (of a velocity through the air that all have). Asked of
+    commands or measured values, rotor by rotor; rotors belong together that share tilt and axis.
     """
     for prefix in ("cmd_rotor_", "rotor_"):
         columns = [f"{prefix}{i}" for i in range(len(vehicle.rotors))]

@@ -18,7 +18,7 @@ from infotraj.vehicle import Vehicle
 
 SIZES = ("small", "usual", "large")
 # Parameters that may as well be negative, number by number.
-SIGNED = ("dm", "r", "f", "t", "b", "rotvec", "bias")
+SIGNED = ("dm", "r", "f", "t", "b", "rotvec", "bias", "v", "n")
 # Parameters that a plant takes in whole time steps of 1 ms.
 IN_STEPS = ("delay", "dt")
 
@@ -90,7 +90,7 @@ def _planned(study: HiddenStudy) -> Iterator[tuple[Case, int, int]]:
             yield Case(name, "nothing", voltage=vehicle.voltage), runs.nothing_voltage, 0
         for effect, settings in vehicle.effects.items():
             one = Case(name, "single", voltage=settings.voltage)
-            for size, multiple in zip(SIZES, settings.sizes, strict=True):
+            for size, multiple in zip(SIZES, settings.sizes, strict=True) if settings.alone else ():
                 case = replace(one, effects=((effect, multiple),), size=size)
                 if size == "usual":
                     yield case, runs.single, 0

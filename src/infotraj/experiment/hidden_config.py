@@ -50,6 +50,7 @@ class Effect(_Strict):
     parameters: Values
     sizes: tuple[float, float, float] = Field((0.25, 1.0, 2.0), description="small, usual, large")
     voltage: float | None = Field(None, description="V: the vehicle file gets this nominal_voltage")
+    alone: bool = Field(True, description="false: it acts beside others only, so it is hidden in pairs and triples")
 
 
 class Nearest(_Strict):

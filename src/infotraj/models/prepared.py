@@ -20,8 +20,8 @@ from infotraj.flight import Flight
 from infotraj.models.actuation import rotors_at, tilts_at
 from infotraj.models.interpolation import interpolate
 from infotraj.models.recorded import Recorded, Samples, recorded
-from infotraj.models.sensor_lag import before_lag
 from infotraj.models.rotor_wrench import wrench_of_inputs
+from infotraj.models.sensor_lag import before_lag
 from infotraj.models.timeline import Timeline, timeline
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
@@ -76,8 +76,10 @@ class Prepared:
         self.kept_of_segments = Kept(min(6, _KEPT_ROWS // rows))
 
     def segments(self, imu: ImuLaw, command_delay: float) -> list[Segment]:
-        """The rows in stretches, sampled before their time as the IMU was, commands acting `command_delay` (s) later."""
-        return self.kept.get("segments", (imu.delay, imu.lag, command_delay), lambda: self._segments(imu, command_delay))
+        """The rows in stretches, sampled as early as the IMU was, commands acting `command_delay` (s) later."""
+        return self.kept.get(
+            "segments", (imu.delay, imu.lag, command_delay), lambda: self._segments(imu, command_delay)
+        )
 
     def along(
         self, segment: Segment, imu: ImuLaw, law: ActuatorLaw, air: AirLaw, imu_key: Hashable, others: Hashable

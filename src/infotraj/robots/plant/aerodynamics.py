@@ -191,14 +191,16 @@ def wake_losses(rotors, air, thrust, position, direction, loss):
 def thrusts(rotors, air, square, velocity, rate, position, direction, loss, thrust):
     """Thrust of every rotor (N), at least 0, into `thrust`.
 
-    k_F w_h^(2-n) w^n (1 - wake loss) factor - axial_inflow w (v_r . d) + translational_lift |v_perp|^2, w_h the speed in
-    hover and v_r = v_perp + (v_r . d) d. square (rotors,) speeds squared; velocity and rate (3,) of the body's origin,
-    body frame, through the air.
+    k_F w_h^(2-n) w^n (1 - wake loss) factor - axial_inflow w (v_r . d) + translational_lift |v_perp|^2, w_h the speed
+    in hover and v_r = v_perp + (v_r . d) d. square (rotors,) speeds squared; velocity and rate (3,) of the body's
+    origin, body frame, through the air.
     """
     for i in range(rotors.shape[0]):
         thrust[i] = rotors[i].thrust_coefficient * square[i]
         if rotors[i].exponent != 2.0:
-            thrust[i] *= (square[i] / rotors[i].hover ** 2) ** (0.5 * (rotors[i].exponent - 2.0)) if square[i] > 0 else 0
+            thrust[i] *= (
+                (square[i] / rotors[i].hover ** 2) ** (0.5 * (rotors[i].exponent - 2.0)) if square[i] > 0 else 0
+            )
     wake_losses(rotors, air, thrust, position, direction, loss)
     k, lift = air[0].axial_inflow, air[0].translational_lift
     for i in range(rotors.shape[0]):
@@ -222,10 +224,10 @@ def drag(rotors, air, square, velocity, rate, position, direction, wrench):
     for c in range(3):
         wrench[c] = -(a.linear_drag[c] + a.quadratic_drag[c] * abs(velocity[c])) * velocity[c]
         wrench[3 + c] = -a.angular_damping[c] * rate[c]
-    c = a.pressure_centre
-    wrench[3] += c[1] * wrench[2] - c[2] * wrench[1]
-    wrench[4] += c[2] * wrench[0] - c[0] * wrench[2]
-    wrench[5] += c[0] * wrench[1] - c[1] * wrench[0]
+    place = a.pressure_centre
+    wrench[3] += place[1] * wrench[2] - place[2] * wrench[1]
+    wrench[4] += place[2] * wrench[0] - place[0] * wrench[2]
+    wrench[5] += place[0] * wrench[1] - place[1] * wrench[0]
     if a.rotor_drag == 0.0:
         return
     for i in range(rotors.shape[0]):
