@@ -47,6 +47,13 @@ INVERTIBLE = {
     "gyroscopic": effect("gyroscopic", rotor_inertia=3e-5),
     "steady_force": effect("steady_force", f=[1.0, -0.5, 1.5]),
     "steady_torque": effect("steady_torque", t=[0.1, -0.2, 0.05]),
+    "hub_moment": effect("hub_moment", k=1.7e-6),
+    "translational_lift": effect("translational_lift", k=0.02),
+    "thrust_exponent": effect("thrust_exponent", n=2.3),
+}
+BESIDE = {
+    "wind": effect("wind", v=[3.0, -2.0, 0.5]),
+    "pressure_centre": effect("pressure_centre", r=[0.05, -0.04, 0.03]),
 }
 
 
@@ -79,7 +86,12 @@ def test_the_command_makes_the_model_do_what_is_demanded(name, reference):
     plain = TrackingController(OMAV, reference)
     _, rotor, tilt = plain.command(k, estimate)
     missed = np.abs(model.accelerations(reference.t[k], state, rotor, tilt) - asked).max()
-    if name not in ("moment_scale", "gyroscopic", "ground_effect"):  # vanish in equal pairs, and far from the ground
+    if name not in (
+        "moment_scale",
+        "gyroscopic",
+        "hub_moment",
+        "ground_effect",
+    ):  # vanish in equal pairs, and far from the ground
         assert missed > 1e-2, "the effect changes nothing here: the test would prove nothing"
 
 
@@ -95,7 +107,7 @@ def test_an_instant_is_the_prediction_of_a_vehicle_at_rest_in_its_commands(refer
     columns |= {"wx": 0 * t + 0.4, "wy": 0 * t - 0.2, "wz": 0 * t + 0.3, "ax": 0 * t, "ay": 0 * t, "az": 0 * t + 9.81}
     columns |= {f"cmd_rotor_{i}": 0 * t + rotor[i] for i in range(12)}
     columns |= {f"cmd_tilt_{i}": 0 * t + tilt[i] for i in range(6)}
-    kinds = [e for n, e in INVERTIBLE.items() if n not in ("battery_sag", "moment_scale")]
+    kinds = [e for n, e in (INVERTIBLE | BESIDE).items() if n not in ("battery_sag", "moment_scale")]
     model = Model(OMAV, kinds)
     predicted = model.predict(Flight(pd.DataFrame(columns), {}))
     state = np.array([0, 0, 1.0, 1, 0, 0, 0, 0.7, -0.3, 0.2, 0.4, -0.2, 0.3])
@@ -127,10 +139,24 @@ def test_the_effect_in_the_controller_takes_off_half_of_the_error_at_least(refer
     assert wrong.attitude > 0.5 * absent.attitude
 
 
-@pytest.mark.parametrize("name", ["rotor_lag", "servo_lag", "actuation_delay", "servo_backlash", "gyro_bias"])
+@pytest.mark.parametrize("name", BESIDE)
+def test_what_the_air_does_to_others_is_inverted_with_them(name, reference):
+    drag = INVERTIBLE["quadratic_drag"]
+    state = np.concatenate([reference.position[9], reference.attitude[9], [2.0, -1.0, 0.5], [0.1, -0.2, 0.3]])
+    with_it, without = (
+        Instant(Model(OMAV, effects)).accelerations(0.0, state, np.full(12, 700.0), np.zeros(6))
+        for effects in ([drag, BESIDE[name]], [drag])
+    )
+    assert np.abs(with_it - without).max() > 0.1
+    assert Instant(Model(OMAV, [drag, BESIDE[name]])).left_out == ()
+
+
+@pytest.mark.parametrize(
+    "name", ["rotor_lag", "servo_lag", "actuation_delay", "servo_backlash", "gyro_bias", "sensor_lag"]
+)
 def test_what_cannot_be_inverted_at_once_is_named(name):
     values = {"gyro_bias": {"b": [0.1, 0, 0]}, "actuation_delay": {"delay": 0.02}}
-    values |= {"servo_backlash": {"half_width": 0.01}}
+    values |= {"servo_backlash": {"half_width": 0.01}, "sensor_lag": {"time_constant": 0.01}}
     made = effect(name, **values.get(name, {"extra_time_constant": 0.03}))
     assert Instant(Model(OMAV, [made])).left_out == (name,)
 

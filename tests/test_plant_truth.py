@@ -25,7 +25,7 @@ def refused(tmp_path, content, match):
 
 def test_unknown_keys_are_refused_at_every_depth(tmp_path):
     refused(tmp_path, {**CONTENT, "colour": "red"}, "colour: unknown key")
-    refused(tmp_path, {**CONTENT, "air": {**CONTENT["air"], "wind": 1.0}}, "air.wind: unknown key")
+    refused(tmp_path, {**CONTENT, "air": {**CONTENT["air"], "smell": 1.0}}, "air.smell: unknown key")
 
 
 def test_one_number_a_rotor_and_a_tilt(tmp_path):

@@ -44,7 +44,7 @@ class FlexibleArm(_Strict):
 
 
 class ImuErrors(_Strict):
-    """What the IMU measures: R(rotvec) times the body's filtered rate and specific force, plus gyro_bias, `delay` ago."""
+    """What the IMU measures: R(rotvec) times filtered rate and specific force, plus gyro_bias, all `delay` ago."""
 
     gyro_bias: Vector = Field(Zero, description="rad/s")
     rotvec: Vector = Field(Zero, description="rad")
