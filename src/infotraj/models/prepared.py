@@ -21,7 +21,7 @@ from infotraj.models.actuation import rotors_at, tilts_at
 from infotraj.models.interpolation import interpolate
 from infotraj.models.recorded import Recorded, Samples, recorded
 from infotraj.models.rotor_wrench import wrench_of_inputs
-from infotraj.models.sensor_lag import before_lag
+from infotraj.models.sensor_lag import slope
 from infotraj.models.timeline import Timeline, timeline
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
@@ -119,7 +119,7 @@ class Prepared:
         key = (imu.delay, imu.lag, imu.rate_bias.tobytes(), imu.rotation.tobytes())
 
         def turned() -> Samples:
-            return Samples(rate.times - imu.delay, (before_lag(rate, imu.lag) - imu.rate_bias) @ imu.rotation)
+            return Samples(rate.times - imu.delay, (self._before_lag("rate", rate, imu) - imu.rate_bias) @ imu.rotation)
 
         return self.kept.get("true rate", key, turned)
 
@@ -128,7 +128,13 @@ class Prepared:
         force = self.recorded.specific_force
         if force is None or force.derived:
             return force
-        return Samples(force.times - imu.delay, before_lag(force, imu.lag) @ imu.rotation)
+        return Samples(force.times - imu.delay, self._before_lag("force", force, imu) @ imu.rotation)
+
+    def _before_lag(self, name: str, samples: Samples, imu: ImuLaw) -> Array:
+        """What the sensors' filter was given where its output was sampled: y + lag dy/dt."""
+        if imu.lag == 0.0:
+            return samples.values
+        return samples.values + imu.lag * self.kept.get(f"slope of {name}", None, lambda: slope(samples))
 
     def angular_acceleration(self, time: Array, imu: ImuLaw) -> Array | None:
         """Recorded angular acceleration (N, 3), rad/s^2, by central differences of the rates."""

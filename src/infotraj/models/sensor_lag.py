@@ -1,4 +1,4 @@
-"""The first-order filter of an IMU, tau dy/dt = x - y: what it makes of a prediction, and what it was given.
+"""The first-order filter of an IMU, tau dy/dt = x - y: what it makes of a prediction, and the slope that undoes it.
 
 Between two rows the filter is solved exactly for the polynomial through a step's nodes, so that its error does not
 grow where its time constant is short against the step.
@@ -15,15 +15,21 @@ from numba import njit
 from infotraj.models.recorded import Recorded, Samples
 from infotraj.rotations import Array
 
+_BESIDE = 0.025  # s, on either side: a cubic over it keeps what a vehicle does up to 10 Hz
 _DEGREES = 40  # from which the moments of a slow filter are built down: what is left out there is below rounding
 
 
-def before_lag(samples: Samples, lag: float) -> Array:
-    """What a filter of time constant `lag` (s) was given, (m, 3), where its output was sampled: y + lag dy/dt."""
-    if lag == 0.0 or len(samples.times) < 2:
-        return samples.values
-    values = np.ascontiguousarray(samples.values)
-    return values + lag * _slope(samples.times, values, 3.0 * float(np.median(np.diff(samples.times))))
+def slope(samples: Samples) -> Array:
+    """Derivative (m, c) of a channel where it was sampled, smoothed over 50 ms.
+
+    Undoing a filter with the plain difference would raise the noise by the time constant over the step, and a fit
+    would take a delay in place of a lag for that alone.
+    """
+    if len(samples.times) < 2:
+        return np.zeros_like(samples.values)
+    usual = float(np.median(np.diff(samples.times)))
+    beside = max(_BESIDE, 2.0 * usual)
+    return _slope(samples.times, np.ascontiguousarray(samples.values), beside * (1.0 + 1e-6), 3.0 * usual)
 
 
 def as_sensed(recorded: Recorded, rows: Sequence[Array], lag: float) -> list[Array]:
@@ -86,32 +92,32 @@ def _filtered(decay, values, forcing):
 
 
 @njit(cache=True)
-def _slope(times, values, widest):
-    """Derivative (m, c) at the samples: of the quartic through five neighbours, or of the line beside a gap."""
+def _slope(times, values, beside, widest):
+    """Derivative (m, c) at the samples, of the cubic of least squares through those within `beside` (s), five at least.
+
+    A step longer than `widest` (s) is a gap: what lies behind it does not count.
+    """
     m, count = values.shape
     out = np.zeros((m, count))
     for k in range(m):
-        first = min(max(k - 2, 0), max(m - 5, 0))
-        last = min(first + 5, m)
-        for j in range(k, first, -1):
-            if times[j] - times[j - 1] > widest:
-                first = j
+        first = last = k
+        while first > 0 and times[first] - times[first - 1] <= widest:
+            if k - first >= 2 and times[k] - times[first - 1] > beside:
                 break
-        for j in range(k, last - 1):
-            if times[j + 1] - times[j] > widest:
-                last = j + 1
+            first -= 1
+        while last < m - 1 and times[last + 1] - times[last] <= widest:
+            if last - k >= 2 and times[last + 1] - times[k] > beside:
                 break
-        for a in range(first, last):
-            weight = 0.0
-            if a == k:
-                for b in range(first, last):
-                    if b != k:
-                        weight += 1.0 / (times[k] - times[b])
-            else:
-                weight = 1.0 / (times[a] - times[k])
-                for b in range(first, last):
-                    if b != a and b != k:
-                        weight *= (times[k] - times[b]) / (times[a] - times[b])
+            last += 1
+        size = min(4, last - first + 1)
+        if size < 2:
+            continue
+        powers = np.ones((last - first + 1, size))
+        for j in range(first, last + 1):
+            for degree in range(1, size):
+                powers[j - first, degree] = powers[j - first, degree - 1] * (times[j] - times[k]) / beside
+        weight = np.linalg.solve(powers.T @ powers, powers.T.copy())[1] / beside
+        for j in range(first, last + 1):
             for c in range(count):
-                out[k, c] += weight * values[a, c]
+                out[k, c] += weight[j - first] * values[j, c]
     return out
