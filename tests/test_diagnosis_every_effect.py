@@ -41,6 +41,8 @@ CASES = {
         "gyro_bias": {"b": [0.03, -0.02, 0.02]},
         "imu_misalignment": {"rotvec": [0.02, -0.015, 0.02]},
         "time_offset": {"dt": 0.01},
+        "translational_lift": {"k": 4e-3},
+        "thrust_exponent": {"n": 1.8},
     },
     "omav": {
         "mass_offset": {"dm": 0.2},
@@ -69,6 +71,7 @@ CASES = {
         "gyro_bias": {"b": [0.03, -0.02, 0.02]},
         "imu_misalignment": {"rotvec": [0.02, -0.015, 0.02]},
         "time_offset": {"dt": 0.01},
+        "thrust_exponent": {"n": 2.2},
     },
 }
 # Lower rotors in equal pairs: the pair as a whole is weaker, as by a thrust scale; what the torque says is small.
@@ -100,7 +103,7 @@ def test_an_effect_alone_is_named_with_its_numbers(vehicle, name):
             assert finding.parameters[parameter] == value
             continue
         error = np.abs(np.subtract(finding.parameters[parameter], value))
-        departure = np.max(np.abs(np.subtract(value, 1.0 if parameter == "factor" else 0.0)))
+        departure = np.max(np.abs(np.subtract(value, {"factor": 1.0, "n": 2.0}.get(parameter, 0.0))))
         allowed = 4.0 * np.array(finding.standard_errors[parameter]) + 0.05 * departure
         assert np.all(error < allowed), (finding.parameters, true)
 
