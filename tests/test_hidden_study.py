@@ -17,7 +17,8 @@ from infotraj.experiment.config import HiddenEffects, read
 from infotraj.experiment.hidden_cases import Batch, Case, batches, hidden_values
 from infotraj.experiment.hidden_config import load_study, read_study
 from infotraj.experiment.hidden_diagnosing import diagnose_batch
-from infotraj.experiment.hidden_flying import fly_batch, logged
+from infotraj.experiment.hidden_flying import fly_batch
+from infotraj.experiment.hidden_logs import logged
 from infotraj.experiment.hidden_scoring import score_batch
 from infotraj.experiment.hidden_summary import report, summarise
 from infotraj.experiment.hidden_ways import ways_table
@@ -233,14 +234,14 @@ def test_right_is_all_named_in_groups_that_do_as_well_and_nothing_else(
             return reached
 
     monkeypatch.setattr(hidden_scoring, "_fitted", lambda base, names, training: names)
-    score = hidden_scoring._names(EFFECTS, groups, ROWS, None, [], Held(), 1.0)
+    score = hidden_scoring._names(EFFECTS, groups, ROWS, None, [], Held(), 1.0, 0.05)
     assert (len(score["found"]), len(score["invented"]), score["right"]) == (found, invented, right)
 
 
 def test_a_second_rotor_beside_the_right_one_is_invented():
     weak = {"parameters": {"rotor": 3, "factor": 0.8}, "instances": [{"rotor": 3}, {"rotor": 7}]}
     rows = {**ROWS, "rotor_effectiveness": weak}
-    score = hidden_scoring._names(EFFECTS[1:], [["rotor_effectiveness"]], rows, None, [], None, 1.0)
+    score = hidden_scoring._names(EFFECTS[1:], [["rotor_effectiveness"]], rows, None, [], None, 1.0, 0.05)
     assert score["found"] == ["rotor_effectiveness"]
     assert len(score["invented"]) == 1
     assert not score["right"]
@@ -248,7 +249,7 @@ def test_a_second_rotor_beside_the_right_one_is_invented():
 
 def test_the_wrong_rotor_is_not_right():
     rows = {**ROWS, "rotor_effectiveness": {"parameters": {"rotor": 4, "factor": 0.8}}}
-    score = hidden_scoring._names(EFFECTS[1:], [["rotor_effectiveness"]], rows, None, [], None, 1.0)
+    score = hidden_scoring._names(EFFECTS[1:], [["rotor_effectiveness"]], rows, None, [], None, 1.0, 0.05)
     assert not score["right"]
     assert score["invented"] == ["rotor_effectiveness"]
 
@@ -267,7 +268,8 @@ def test_the_wrong_rotor_is_not_right():
     ],
 )
 def test_what_has_no_name_of_its_own_is_judged_by_what_is_said_about_it(kind, groups, unexplained, right):
-    said = {"groups": groups, "supported": [g[0] for g in groups], "unexplained": unexplained, "nearest": ["servo_lag"]}
+    invented = [g[0] for g in groups]
+    said = {"beyond": groups, "invented": invented, "unexplained": unexplained, "nearest": ["servo_lag"]}
     assert hidden_scoring._right_beyond(kind, said) == right
 
 

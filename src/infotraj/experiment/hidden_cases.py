@@ -13,6 +13,7 @@ import numpy as np
 
 from infotraj.effects import effect_class
 from infotraj.experiment.hidden_config import HiddenStudy, VehicleStudy
+from infotraj.experiment.hidden_logs import UNSEEN_IN_LOGS
 from infotraj.experiment.randomness import generator
 from infotraj.vehicle import Vehicle
 
@@ -28,7 +29,8 @@ class Case:
     """One combination of hidden physics and circumstances on one vehicle.
 
     kind: nothing, single, pair, triple, cannot_show, richer, unlisted or curve. effects: (name, size) of the catalogue;
-    other: names beyond it. wave: runs of lower waves are made first.
+    other: names beyond it. wave: runs of lower waves are made first. file: how wrong the vehicle file is
+    (`file_profiles`); log: the profile by which the flights are logged (`hidden_logs`).
     """
 
     vehicle: str
@@ -43,10 +45,21 @@ class Case:
     logging: str = "full"
     curve: str = ""
     voltage: float | None = None
+    file: str = "exact"
+    log: str = "clean"
 
     @property
     def name(self) -> str:
-        """Readable and unique: omav/single/linear_drag-usual, omav/pair/a+b~clutter."""
+        """Readable and unique: omav/single/linear_drag-usual, omav/pair/a+b~clutter, omav/nothing/nothing~3%."""
+        return (
+            self.flown
+            + (f"~{self.file}" if self.file != "exact" else "")
+            + (f"~{self.log}" if self.log != "clean" else "")
+        )
+
+    @property
+    def flown(self) -> str:
+        """The name without what is done after flying: cases that share it fly the same paths with the same values."""
         nothing = "nothing" if self.voltage is None else "nothing.voltage"
         what = "+".join([*(n for n, _ in self.effects), *self.other]) or nothing
         size = f"-{self.size}" if self.size else ""
@@ -110,6 +123,25 @@ def _planned(study: HiddenStudy) -> Iterator[tuple[Case, int, int]]:
         for other in vehicle.unlisted:
             yield Case(name, "unlisted", other=(other,), wave=2), runs.unlisted, 0
         yield from _curves(study, name)
+        yield from _circumstances(study, name)
+
+
+def _circumstances(study: HiddenStudy, vehicle: str) -> Iterator[tuple[Case, int, int]]:
+    """Nothing, singles at usual size, pairs and triples with each wrong file and each rough log."""
+    settings, c, runs = study.vehicles[vehicle], study.circumstances, study.runs
+    bare = [(Case(vehicle, "nothing"), "nothing")]
+    for effect, usual in settings.effects.items():
+        bare.append((Case(vehicle, "single", ((effect, 1.0),), size="usual", voltage=usual.voltage), "single"))
+    for kind, lists in (("pair", settings.pairs), ("triple", settings.triples)):
+        for members in lists:
+            volts = next((v for m in members if (v := settings.effects[m].voltage)), None)
+            bare.append((Case(vehicle, kind, tuple((m, 1.0) for m in members), voltage=volts), "several"))
+    for case, what in bare:
+        for level in c.files:
+            yield replace(case, file=level, wave=2), getattr(runs, f"{what}_file"), 0
+        for log in c.logs:
+            if not set(plain(n) for n, _ in case.effects) & UNSEEN_IN_LOGS.get(log, frozenset()):
+                yield replace(case, log=log, wave=2), getattr(runs, f"{what}_log"), 0
 
 
 def _curves(study: HiddenStudy, vehicle: str) -> Iterator[tuple[Case, int, int]]:

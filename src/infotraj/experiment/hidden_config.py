@@ -2,19 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from infotraj.errors import UsageError, problem
+from infotraj.experiment.file_profiles import LEVELS
+from infotraj.experiment.hidden_logs import LOGS
 from infotraj.vehicle import Positive, validation_line
 
 Count = Annotated[int, Field(ge=0)]
 Values = dict[str, Any]
 Logging = Literal["full", "mocap", "no_tilts", "50hz"]
+
+
+def _known(names: Collection[str]) -> AfterValidator:
+    def check(value: str) -> str:
+        if value not in names:
+            raise ValueError(f"one of {', '.join(names)}")
+        return value
+
+    return AfterValidator(check)
+
+
+WrongFile = Annotated[str, _known([level for level in LEVELS if level != "exact"])]
+RoughLog = Annotated[str, _known([log for log in LOGS if log != "clean"])]
 
 
 class _Strict(BaseModel):
@@ -90,6 +105,13 @@ class Curves(_Strict):
     logging: tuple[Logging, ...] = ()
 
 
+class Circumstances(_Strict):
+    """What is done to the vehicle file and to the log, one at a time; hidden physics and paths stay the same."""
+
+    files: tuple[WrongFile, ...] = Field((), description="how wrong the file is: `file_profiles`")
+    logs: tuple[RoughLog, ...] = Field((), description="how the flight is logged: `hidden_logs`")
+
+
 class Runs(_Strict):
     """How many seeds each kind of case gets. clutter: how many of the further seeds fly with clutter."""
 
@@ -105,6 +127,12 @@ class Runs(_Strict):
     richer: Count = 10
     unlisted: Count = 10
     curve: Count = 5
+    nothing_file: Count = Field(0, description="of each wrong file; the next five likewise of each file or log")
+    single_file: Count = 0
+    several_file: Count = 0
+    nothing_log: Count = 0
+    single_log: Count = 0
+    several_log: Count = 0
 
 
 class HiddenStudy(_Strict):
@@ -117,6 +145,7 @@ class HiddenStudy(_Strict):
     clutter: Clutter = Clutter()
     runs: Runs = Runs()
     curves: Curves = Curves()
+    circumstances: Circumstances = Circumstances()
 
 
 def load_study(content: Mapping[str, object], source: str) -> HiddenStudy:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from infotraj.diagnosis.residual import flight_samples
+from infotraj.diagnosis.residual import FlightSamples, flight_samples
 from infotraj.errors import InfotrajError
 from infotraj.flight import Flight
 from infotraj.models import Model
@@ -23,21 +23,30 @@ class HeldOut:
     The error of a model: its residuals (specific force, change of rate, recorded attitude and velocity against the
     IMU) as means over 50 ms or 0.25 s, squared and divided by the same mean square without hidden effects, averaged
     over the axes. 1 is the floor. White noise of single samples would hide what a model of the motion is for.
+    vehicle: the file as it should be; models may be of a file that is wrong.
     """
 
     def __init__(self, vehicle: Vehicle, flights: Sequence[Flight], floor: Sequence[Flight]) -> None:
         base = Model(vehicle)
-        self._samples = [flight_samples(base, flight) for flight in flights]
+        self._flights = tuple(flights)
+        self._samples: dict[str, list[FlightSamples]] = {}
         self._floor = _mean_squares([flight_samples(base, f) for f in floor], base)
 
     def error(self, model: Model) -> float:
         """Mean over the axes of all quantities, in units of the floor; infinite where the model cannot be evaluated."""
         try:
-            found = _mean_squares(self._samples, model)
+            found = _mean_squares(self._of(model.vehicle), model)
         except InfotrajError:
             return float("inf")
         shared = [name for name in found if name in self._floor]
         return float(np.mean([found[name] / self._floor[name] for name in shared]))
+
+    def _of(self, vehicle: Vehicle) -> list[FlightSamples]:
+        """The flights as this file reads them."""
+        key = vehicle.model_dump_json()
+        if key not in self._samples:
+            self._samples[key] = [flight_samples(Model(vehicle), flight) for flight in self._flights]
+        return self._samples[key]
 
 
 def _mean_squares(samples: Sequence, model: Model) -> dict[str, Array]:

@@ -1,4 +1,8 @@
-"""Flies the runs of the hidden-effect study. What the diagnosis gets and what the scorer keeps go to two folders."""
+"""Flies the runs of the hidden-effect study. What the diagnosis gets and what the scorer keeps go to two folders.
+
+The plant is the configured vehicle's, with what is hidden, under a controller that was set up for that vehicle. The
+vehicle file that is shown may be wrong, and the flights that are shown may be logged roughly: the vehicle flies alike.
+"""
 
 from __future__ import annotations
 
@@ -12,10 +16,13 @@ import yaml
 from infotraj.control.thrust_vector import ThrustVectorController
 from infotraj.control.tracking import TrackingController
 from infotraj.errors import InfotrajError
+from infotraj.experiment.file_profiles import wrong_file
 from infotraj.experiment.hidden_cases import Batch, Case, hidden_values
 from infotraj.experiment.hidden_config import Flights, HiddenStudy
+from infotraj.experiment.hidden_logs import logged, roughly_logged
 from infotraj.experiment.randomness import generator
-from infotraj.flight import Flight
+from infotraj.flight import COMMANDED_WRENCH, Flight
+from infotraj.models.file import vehicle_content
 from infotraj.trajectories.standard import Extent, standard
 from infotraj.vehicle import Vehicle, load_vehicle
 
@@ -25,13 +32,15 @@ SETTLE = 4.0  # s
 def fly_batch(study: HiddenStudy, batch: Batch, *, flights: Path, truth: Path) -> None:
     """Writes, for the run of each seed, flights/run_K (vehicle.yaml and flight tables) and truth/run_K.
 
-    The truth holds truth.yaml, the held-out flights, and `floor` flights: the same without anything hidden.
+    The truth holds run.yaml, truth.yaml, vehicle.yaml (the file as it should be), the held-out flights, and `floor`
+    flights: the same without anything hidden.
     """
     for number, seed in enumerate(batch.seeds):
-        _fly_run(study, batch.case, seed, flights / f"run_{number}", truth / f"run_{number}")
+        fly_run(study, batch.case, seed, flights / f"run_{number}", truth / f"run_{number}")
 
 
-def _fly_run(study: HiddenStudy, case: Case, seed: int, shown: Path, kept: Path) -> None:
+def fly_run(study: HiddenStudy, case: Case, seed: int, shown: Path, kept: Path) -> None:
+    """One run: what is shown to the diagnosis, and what is kept for the scorer."""
     from infotraj.robots.plant.hiding import clutter, hide
     from infotraj.robots.plant.truth_file import write_truth
 
@@ -41,12 +50,16 @@ def _fly_run(study: HiddenStudy, case: Case, seed: int, shown: Path, kept: Path)
         content["nominal_voltage"] = case.voltage
     for folder in (shown, kept):
         folder.mkdir(parents=True, exist_ok=True)
-    (shown / "vehicle.yaml").write_text(yaml.safe_dump(content, sort_keys=False))
-    vehicle = load_vehicle(shown / "vehicle.yaml")
+    (kept / "vehicle.yaml").write_text(yaml.safe_dump(content, sort_keys=False))
+    vehicle = load_vehicle(kept / "vehicle.yaml")
     effects, other = hidden_values(case, seed, study, vehicle)
 
     def rng(*purpose: str | int) -> np.random.Generator:
-        return generator(study.base_seed, "hidden flights", case.vehicle, case.name, seed, *purpose)
+        return generator(study.base_seed, "hidden flights", case.vehicle, case.flown, seed, *purpose)
+
+    file = wrong_file(vehicle, case.file, rng("file"))
+    given = content if case.file == "exact" else vehicle_content(file)
+    (shown / "vehicle.yaml").write_text(yaml.safe_dump(given, sort_keys=False))
 
     # A pack that sags in the log alone, as behind speed controllers that make up for it.
     silent = [("battery_sag", {"exponent": 0.0})] if case.kind == "nothing" and case.voltage else []
@@ -59,7 +72,9 @@ def _fly_run(study: HiddenStudy, case: Case, seed: int, shown: Path, kept: Path)
     failed = ""
     try:
         for k, kind in enumerate(flights.train):
-            flight = _fly(vehicle, truth, kind, flights, case, rng("reference", k), rng("noise", k))
+            flight = _fly(vehicle, truth, kind, flights, case, rng("reference", k), rng("noise", k), rng("log", k))
+            if case.file != "exact":  # the commanded wrench is of another file than the one that is shown
+                flight = Flight(flight.table.drop(columns=list(COMMANDED_WRENCH), errors="ignore"), flight.meta)
             flight.write(shown / f"flight_{k}.parquet")
         for k, kind in enumerate(flights.held_out):
             for what, plant in (("held_out", truth), ("floor", ideal)):
@@ -89,7 +104,9 @@ def _fly(
     case: Case,
     path: np.random.Generator,
     noise: np.random.Generator,
+    log: np.random.Generator | None = None,
 ) -> Flight:
+    """One flight; log: of the log profile, None for the scorer's own flights."""
     from infotraj.robots.plant.plant import Plant  # late: mujoco
     from infotraj.robots.plant.sensors import Noise
 
@@ -98,22 +115,10 @@ def _fly(
     controller = (TrackingController if vehicle.tilts else ThrustVectorController)(vehicle, reference)
     usual = Noise()
     sensors = Noise(*(case.noise * np.array([usual.position, usual.attitude, usual.rate, usual.specific_force])))
-    flight = Plant(vehicle, truth, settle=SETTLE, noise=sensors).fly(reference, controller, noise)
-    return logged(flight, case.logging)
-
-
-def logged(flight: Flight, kind: str) -> Flight:
-    """What a poorer log would hold. mocap: poses at 100 Hz without an IMU; no_tilts: no tilt command; 50hz: every
-    fourth row (a command then stands for two)."""
-    table, meta = flight.table, {k: v for k, v in flight.meta.items() if k in ("vehicle", "imu_rate", "mocap_rate")}
-    table = table[[c for c in table if not c.startswith(("est_", "ref_"))]]
-    if kind == "mocap":
-        table = table.drop(columns=["wx", "wy", "wz", "ax", "ay", "az"]).iloc[::2]
-    elif kind == "no_tilts":
-        table = table[[c for c in table if not c.startswith("cmd_tilt_")]]
-    elif kind == "50hz":
-        table = table.iloc[::4]
-    return Flight(table.reset_index(drop=True), meta)
+    flight, true = Plant(vehicle, truth, settle=SETTLE, noise=sensors).fly_with_truth(reference, controller, noise)
+    if log is None or case.log == "clean":
+        return logged(flight, case.logging)
+    return roughly_logged(logged(flight, "full"), true, case.log, vehicle, case.noise, log)
 
 
 def _plain(value: Any) -> Any:

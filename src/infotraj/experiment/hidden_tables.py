@@ -14,24 +14,28 @@ from infotraj.evaluation.proportions import proportion
 NOTHING, UNEXPLAINED = "(nothing)", "(unexplained)"
 ALL = "all together"
 COVERED = 1.959964  # standard errors
+PLAIN = {"file": "exact", "log": "clean"}
+NAMES = ("hidden", "found", "invented", "supported", "nearest", "file_errors", "log_errors")
+ABOUT = ("case", "vehicle", "kind", "size", "clutter", "seed", "file", "log")
 
 
 def runs_table(paths: Sequence[Path]) -> tuple[pd.DataFrame, pd.DataFrame]:
     """A row a run, and a row a parameter that was named with its standard error."""
     scores = [score for path in paths for score in json.loads(Path(path).read_text())]
     keys = (
-        "case", "vehicle", "kind", "size", "clutter", "curve", "seed", "answered", "status", "failed", "refusal",
+        "case", "vehicle", "kind", "size", "clutter", "curve", "seed", "file", "log", "answered", "status", "failed",
+        "refusal",
         "right", "unexplained", "error_nominal", "error_oracle", "error_answer", "wall", "cpu", "score_cpu",
     )  # fmt: skip
     rows, parameters = [], []
     for s in scores:
-        row = {k: s.get(k) for k in keys}
-        row.update({k: "+".join(s.get(k) or []) for k in ("hidden", "found", "invented", "supported", "nearest")})
+        row = {k: s.get(k, PLAIN.get(k)) for k in keys}
+        row.update({k: "+".join(s.get(k) or []) for k in NAMES})
         row["groups"] = " ".join("|".join(g) for g in s.get("groups") or [])
         rows.append(row)
         for p in s.get("parameters") or []:
-            parameters.append({**{k: s[k] for k in ("case", "vehicle", "kind", "size", "clutter", "seed")}, **p})
-    runs = pd.DataFrame(rows, columns=[*keys, "hidden", "found", "invented", "supported", "nearest", "groups"])
+            parameters.append({**{k: s.get(k, PLAIN.get(k)) for k in ABOUT}, **p})
+    runs = pd.DataFrame(rows, columns=[*keys, *NAMES, "groups"])
     for name in ("right", "unexplained", "clutter", "answered"):
         runs[name] = runs[name].fillna(False).astype(bool)
     for name in ("error_nominal", "error_oracle", "error_answer", "wall", "cpu", "score_cpu"):
@@ -41,11 +45,13 @@ def runs_table(paths: Sequence[Path]) -> tuple[pd.DataFrame, pd.DataFrame]:
     runs["over_oracle"] = runs["error_answer"] / runs["error_oracle"]
     return runs, pd.DataFrame(
         parameters,
-        columns=[
-            "case", "vehicle", "kind", "size", "clutter", "seed", "effect", "parameter", "place", "true", "estimate",
-            "standard_error",
-        ],
-    )  # fmt: skip
+        columns=[*ABOUT, "effect", "parameter", "place", "true", "estimate", "standard_error"],
+    )
+
+
+def bare(table: pd.DataFrame) -> pd.DataFrame:
+    """The rows of exact files and clean logs."""
+    return table[(table["file"] == "exact") & (table["log"] == "clean")]
 
 
 def cases_table(runs: pd.DataFrame) -> pd.DataFrame:
@@ -69,6 +75,7 @@ def cases_table(runs: pd.DataFrame) -> pd.DataFrame:
 
 def confusion_table(runs: pd.DataFrame) -> pd.DataFrame:
     """Shares of runs: rows what was hidden alone (usual size) or not listed, columns what was named."""
+    runs = bare(runs)
     shown = runs[(runs["kind"].isin(["single", "nothing", "richer", "unlisted", "cannot_show"])) & runs["answered"]]
     shown = shown[shown["size"].isin(["", "usual"])]
     rows = []
@@ -120,6 +127,7 @@ def curves_table(runs: pd.DataFrame) -> pd.DataFrame:
     for (vehicle, hidden, curve), part in curved.groupby(["vehicle", "hidden", "curve"], sort=True):
         what, _, value = curve.partition("=")
         rows.append(_point(vehicle, hidden, what, value, part))
+    runs = bare(runs)
     usual = runs[(runs["kind"] == "single") & (runs["size"] == "usual") & ~runs["clutter"]]
     for vehicle, hidden in sorted(set(zip(curved["vehicle"], curved["hidden"], strict=True))):
         part = usual[(usual["vehicle"] == vehicle) & (usual["hidden"] == hidden)]

@@ -56,7 +56,7 @@ def _place(effect: Mapping[str, Any]) -> str:
 def ways_table(paths: Sequence[Path]) -> pd.DataFrame:
     """A row a run and way: how many effects are hidden, found and invented, and seconds of CPU.
 
-    Of singles, pairs, triples, nothing and unlisted physics, where the ways of today were asked.
+    Of singles, pairs, triples, nothing and unlisted physics with exact files and clean logs, where they were asked.
     """
     rows = [row for path in paths for score in json.loads(Path(path).read_text()) for row in _rows(score)]
     return pd.DataFrame(rows, columns=list(COLUMNS))
@@ -64,6 +64,8 @@ def ways_table(paths: Sequence[Path]) -> pd.DataFrame:
 
 def _rows(score: dict[str, Any]) -> Iterator[dict[str, Any]]:
     if score["kind"] not in (*LISTED, "nothing", "unlisted") or not score.get("today"):
+        return
+    if (score.get("file", "exact"), score.get("log", "clean")) != ("exact", "clean"):
         return
     ours = {"found": score.get("found", []), "invented": score.get("invented", []), "seconds": score["cpu"]}
     for way, said in {OURS: ours, **score["today"]}.items():

@@ -1,0 +1,168 @@
+"""Wrong files and rough logs in the hidden-effect study: what is shown, what is kept, how it is counted."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import yaml
+from click.testing import CliRunner
+
+from infotraj.errors import UsageError
+from infotraj.experiment import hidden_scoring
+from infotraj.experiment.hidden_cases import Batch, Case, batches
+from infotraj.experiment.hidden_config import load_study, read_study
+from infotraj.experiment.hidden_flying import fly_batch
+from infotraj.experiment.hidden_once import chosen, once
+from infotraj.flight import read_flight
+from infotraj.vehicle import load_vehicle
+
+STUDY = read_study("config/studies/hidden_effects.yaml")
+SHORT = {"train": ("low",), "held_out": ("low",), "seconds": 3.0, "low": 0.15, "tilt": 0}
+DRAG = Case("quadrotor", "single", (("linear_drag", 1.0),), size="usual")
+
+
+def short_study():
+    quad = STUDY.vehicles["quadrotor"]
+    quad = quad.model_copy(update={"flights": quad.flights.model_copy(update=SHORT)})
+    return STUDY.model_copy(update={"vehicles": {"quadrotor": quad}})
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    top = tmp_path_factory.mktemp("circumstances")
+    cases = {
+        "plain": DRAG,
+        "wrong": replace(DRAG, file="10%"),
+        "autopilot": replace(DRAG, log="autopilot"),
+        "mocap": replace(DRAG, log="motion_capture", seconds=10.0),
+    }
+    for name, case in cases.items():
+        fly_batch(short_study(), Batch(case, (0,)), flights=top / name / "flights", truth=top / name / "truth")
+    return top
+
+
+def shown(runs, name):
+    return read_flight(runs / name / "flights/run_0/flight_0.parquet")
+
+
+def test_a_wrong_file_goes_to_the_diagnosis_and_the_right_one_to_the_scorer(runs):
+    file = load_vehicle(runs / "wrong/flights/run_0/vehicle.yaml")
+    true = load_vehicle(runs / "wrong/truth/run_0/vehicle.yaml")
+    assert (
+        true == load_vehicle("config/vehicles/quadrotor.yaml") == load_vehicle(runs / "plain/truth/run_0/vehicle.yaml")
+    )
+    assert file.mass != true.mass
+    assert file.name == true.name
+
+
+def test_file_and_log_leave_the_flight_and_what_is_hidden_alone(runs):
+    truths = [yaml.safe_load((runs / n / "truth/run_0/run.yaml").read_text())["effects"] for n in ("plain", "wrong")]
+    assert truths[0] == truths[1]
+    plain = shown(runs, "plain").get("cmd_rotor_0", "wx", "ax")
+    np.testing.assert_array_equal(shown(runs, "wrong").get("cmd_rotor_0", "wx", "ax"), plain)
+    # filtered and shaken, but the same motion
+    assert np.corrcoef(shown(runs, "autopilot").get("wx")[:, 0], plain[:, 1])[0, 1] > 0.5
+    kept = [read_flight(runs / n / "truth/run_0/held_out_0.parquet").get("wx", "ax") for n in ("plain", "autopilot")]
+    np.testing.assert_array_equal(*kept)
+
+
+def test_no_commanded_wrench_betrays_the_true_file(runs):
+    assert shown(runs, "plain").has("cmd_fz")
+    for name in ("wrong", "autopilot", "mocap"):
+        assert not shown(runs, name).has("cmd_fz")
+
+
+def test_rough_logs_hold_what_such_logs_hold(runs):
+    autopilot, mocap = shown(runs, "autopilot"), shown(runs, "mocap")
+    assert autopilot.has("px", "vx", "wx", "ax", "cmd_rotor_3")
+    assert not autopilot.has("rotor_0")
+    assert np.isfinite(autopilot.get("px", "qw", "vz")).all()
+    assert mocap.has("px", "qw", "rotor_3", "cmd_rotor_3")
+    assert not mocap.has("ax")
+    steps = mocap.get("rotor_0") / (10 * 2 * np.pi / 60)
+    np.testing.assert_allclose(steps, np.round(steps), atol=1e-6)
+
+
+def test_what_a_log_cannot_show_is_not_planned_with_it():
+    planned = {b.case for b in batches(STUDY)}
+    seen = {(c.log, n.split(".")[0]) for c in planned for n, _ in c.effects}
+    assert ("motion_capture", "linear_drag") in seen
+    assert ("motion_capture", "rotor_lag") not in seen
+    assert ("autopilot", "rotor_lag") in seen
+    assert {c.file for c in planned if c.kind == "nothing"} == {"exact", "1%", "3%", "10%"}
+
+
+def test_unknown_files_and_logs_are_refused():
+    with pytest.raises(UsageError, match=r"circumstances\.files\.0"):
+        load_study({"vehicles": {}, "circumstances": {"files": ["2%"]}}, "study")
+    with pytest.raises(UsageError, match=r"circumstances\.logs\.0"):
+        load_study({"vehicles": {}, "circumstances": {"logs": ["papyrus"]}}, "study")
+
+
+def test_one_run_can_be_flown_from_the_command_line(tmp_path):
+    words = ["--vehicle", "quadrotor", "--effects", "linear_drag:2", "--file", "3%", "--log", "vibration"]
+    words += ["--seconds", "6", "--seed", "3"]
+    said = CliRunner().invoke(once, [str(tmp_path / "shown"), str(tmp_path / "kept"), *words])
+    assert said.exit_code == 0, said.output
+    assert sorted(p.name for p in (tmp_path / "shown").iterdir()) == [
+        *(f"flight_{k}.parquet" for k in range(4)), "vehicle.yaml",
+    ]  # fmt: skip
+    run = yaml.safe_load((tmp_path / "kept/run.yaml").read_text())
+    assert run["name"] == "quadrotor/single/linear_drag~3%~vibration"
+    assert 0.2 < run["effects"][0]["parameters"]["d"][0] < 0.3
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "effects", "other", "says"),
+    [("zeppelin", "", "", "--vehicle"), ("omav", "phlogiston", "", "--effects"), ("omav", "", "ether", "--other"),
+     ("omav", "linear_drag:much", "", "numbers")],
+)  # fmt: skip
+def test_names_that_the_study_does_not_have_are_refused(vehicle, effects, other, says):
+    with pytest.raises(UsageError, match=says):
+        chosen(STUDY, vehicle, effects, other)
+
+
+@pytest.mark.parametrize(
+    ("nominal", "oracle", "rough", "allowed"),
+    [(3.0, 1.0, False, 0.05), (1.2, 1.0, False, 0.05), (60.0, 50.0, False, 0.5), (51.0, 50.0, False, 0.05),
+     (9.0, 1.0, True, 2.0), (9.0, None, True, 0.0), (9.0, np.inf, True, 0.0)],
+)  # fmt: skip
+def test_how_much_a_group_may_miss_is_measured_by_what_the_truth_takes_away(nominal, oracle, rough, allowed):
+    assert hidden_scoring._allowed(nominal, oracle, rough) == pytest.approx(allowed)
+
+
+def scored(groups, instances, file="wrong", log="clean", stood=(), effects=0):
+    """The score of an answer with these groups about a file of 0.76 kg where 0.8 is true."""
+    true = load_vehicle("config/vehicles/quadrotor.yaml")
+    rows = {n: {"parameters": v[0], "instances": v if len(v) > 1 else []} for n, v in instances.items()}
+    score = {"groups": groups, "log": log, "stood": {n: [n] for n in stood}, "sought": effects, "used": []}
+    score["used"] = [k for k, g in enumerate(groups) if g[0] in stood]
+    score["invented"] = [g[0] for k, g in enumerate(groups) if k not in score["used"]]
+    score["invented"] += [g[0] + hidden_scoring.AGAIN for g in groups for _ in instances[g[0]][1:]]
+    wrong = true.model_copy(update={"mass": 0.76}) if file == "wrong" else true
+    hidden_scoring._excuse(score, rows, wrong, true)
+    return score
+
+
+def test_a_file_error_that_is_named_rightly_is_no_false_alarm():
+    right = scored([["mass_offset"]], {"mass_offset": [{"dm": 0.04}]})
+    assert (right["file_errors"], right["invented"], right["right"]) == (["mass_offset"], [], True)
+    wrong = scored([["mass_offset"]], {"mass_offset": [{"dm": 0.2}]})
+    assert (wrong["file_errors"], wrong["invented"], wrong["right"]) == ([], ["mass_offset"], False)
+    exact = scored([["mass_offset"]], {"mass_offset": [{"dm": 0.04}]}, file="exact")
+    assert exact["invented"] == ["mass_offset"]
+
+
+def test_a_lag_that_the_log_itself_has_is_no_false_alarm():
+    late = {"time_offset": [{"dt": 0.008}]}
+    assert scored([["time_offset"]], late, file="exact", log="autopilot")["log_errors"] == ["time_offset"]
+    assert scored([["time_offset"]], late, file="exact")["invented"] == ["time_offset"]
+
+
+def test_a_second_rotor_is_invented_unless_the_file_is_wrong_about_it():
+    two = {"rotor_effectiveness": [{"rotor": 3, "factor": 0.8}, {"rotor": 1, "factor": 0.9}]}
+    found = scored([["rotor_effectiveness"]], two, stood=("rotor_effectiveness",), effects=1)
+    assert found["invented"] == ["rotor_effectiveness, another"]
+    assert not found["right"]
