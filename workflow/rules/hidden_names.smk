@@ -42,5 +42,5 @@ def hidden_seeds(wildcards):
 def hidden_study(wildcards):
     """What the study says that matters to a batch: an edit about one vehicle leaves the other's runs alone."""
     vehicle = HIDDEN_BATCHES[wildcards.key].case.vehicle
-    plain = HIDDEN_STUDY.model_dump(mode="json", include={"base_seed", "vary", "clutter", "vehicles"})
+    plain = HIDDEN_STUDY.model_dump(mode="json", include={"base_seed", "vary", "clutter", "gusts", "vehicles"})
     return {**plain, "vehicles": {vehicle: plain["vehicles"][vehicle]}}

@@ -30,7 +30,8 @@ class Case:
 
     kind: nothing, single, pair, triple, cannot_show, richer, unlisted or curve. effects: (name, size) of the catalogue;
     other: names beyond it. wave: runs of lower waves are made first. file: how wrong the vehicle file is
-    (`file_profiles`); log: the profile by which the flights are logged (`hidden_logs`).
+    (`file_profiles`); log: the profile by which the flights are logged (`hidden_logs`); gusts: whether they
+    fly in gusts.
     """
 
     vehicle: str
@@ -47,6 +48,7 @@ class Case:
     voltage: float | None = None
     file: str = "exact"
     log: str = "clean"
+    gusts: bool = False
 
     @property
     def name(self) -> str:
@@ -64,7 +66,11 @@ class Case:
         what = "+".join([*(n for n, _ in self.effects), *self.other]) or nothing
         size = f"-{self.size}" if self.size else ""
         curve = f"@{self.curve}" if self.curve else ""
-        return f"{self.vehicle}/{self.kind}/{what}{size}{curve}" + ("~clutter" if self.clutter else "")
+        return (
+            f"{self.vehicle}/{self.kind}/{what}{size}{curve}"
+            + ("~clutter" if self.clutter else "")
+            + ("~gusts" if self.gusts else "")
+        )
 
 
 @dataclass(frozen=True)
@@ -127,7 +133,7 @@ def _planned(study: HiddenStudy) -> Iterator[tuple[Case, int, int]]:
 
 
 def _circumstances(study: HiddenStudy, vehicle: str) -> Iterator[tuple[Case, int, int]]:
-    """Nothing, singles at usual size, pairs and triples with each wrong file and each rough log."""
+    """Nothing, singles at usual size, pairs and triples with wrong files and rough logs, and the first two in gusts."""
     settings, c, runs = study.vehicles[vehicle], study.circumstances, study.runs
     bare = [(Case(vehicle, "nothing"), "nothing")]
     for effect, usual in settings.effects.items():
@@ -137,6 +143,8 @@ def _circumstances(study: HiddenStudy, vehicle: str) -> Iterator[tuple[Case, int
             volts = next((v for m in members if (v := settings.effects[m].voltage)), None)
             bare.append((Case(vehicle, kind, tuple((m, 1.0) for m in members), voltage=volts), "several"))
     for case, what in bare:
+        if what != "several":
+            yield replace(case, gusts=True, wave=2), getattr(runs, f"{what}_gusts"), 0
         for level in c.files:
             yield replace(case, file=level, wave=2), getattr(runs, f"{what}_file"), 0
         for log in c.logs:

@@ -59,6 +59,16 @@ class Clutter(_Strict):
     correlation_time: Positive = Field(0.5, description="s, of the turbulence")
 
 
+class Gusts(_Strict):
+    """Dryden's gusts (`robots/plant/dryden.py`) in which some runs fly."""
+
+    speed: Positive = Field(5.0, description="m/s, of the mean wind 6 m above the ground: a fresh day")
+    height: Positive = Field(6.0, description="m above the ground")
+    drag: float = Field(
+        0.3, ge=0, description="1/s, times the mass: by which gusts push; small quadrotors have 0.2 to 0.4"
+    )
+
+
 class Effect(_Strict):
     """One effect at its usual size. Sizes multiply the change from the value that leaves the model as it was."""
 
@@ -127,9 +137,13 @@ class Runs(_Strict):
     richer: Count = 10
     unlisted: Count = 10
     curve: Count = 5
-    nothing_file: Count = Field(0, description="of each wrong file; the next five likewise of each file or log")
+    nothing_file: Count = Field(
+        0, description="of each wrong file; the next seven likewise, of each file or log, in gusts"
+    )
     single_file: Count = 0
     several_file: Count = 0
+    nothing_gusts: Count = 0
+    single_gusts: Count = 0
     nothing_log: Count = 0
     single_log: Count = 0
     several_log: Count = 0
@@ -143,6 +157,7 @@ class HiddenStudy(_Strict):
     vary: float = Field(0.15, ge=0, lt=1, description="each parameter's size varies by this share from seed to seed")
     vehicles: dict[str, VehicleStudy]
     clutter: Clutter = Clutter()
+    gusts: Gusts = Gusts()
     runs: Runs = Runs()
     curves: Curves = Curves()
     circumstances: Circumstances = Circumstances()

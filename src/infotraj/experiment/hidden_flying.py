@@ -41,7 +41,7 @@ def fly_batch(study: HiddenStudy, batch: Batch, *, flights: Path, truth: Path) -
 
 def fly_run(study: HiddenStudy, case: Case, seed: int, shown: Path, kept: Path) -> None:
     """One run: what is shown to the diagnosis, and what is kept for the scorer."""
-    from infotraj.robots.plant.hiding import clutter, hide
+    from infotraj.robots.plant.hiding import clutter, gusty, hide
     from infotraj.robots.plant.truth_file import write_truth
 
     settings = study.vehicles[case.vehicle]
@@ -66,6 +66,8 @@ def fly_run(study: HiddenStudy, case: Case, seed: int, shown: Path, kept: Path) 
     truth = hide(vehicle, [*effects, *other, *silent])
     if case.clutter:
         truth = clutter(truth, vehicle, study.clutter.model_dump(), rng("clutter"))
+    if case.gusts:
+        truth = gusty(truth, vehicle, study.gusts.model_dump(), rng("gusts"))
     ideal = hide(vehicle, [], name="floor")
     swings = any(name == "suspended_load" for name, _ in case.effects)
     flights = settings.gentle if swings and settings.gentle else settings.flights

@@ -58,6 +58,7 @@ def chosen(study: HiddenStudy, vehicle: str, effects: str, other: str, **more: o
 @click.option("--file", default="exact", type=click.Choice(list(LEVELS)), help="How wrong the vehicle file is.")
 @click.option("--log", default="clean", type=click.Choice(list(LOGS)), help="How the flights are logged.")
 @click.option("--clutter", is_flag=True, help="A vehicle that differs a little from its file, in turbulence.")
+@click.option("--gusts", is_flag=True, help="In Dryden's gusts.")
 @click.option("--seconds", type=float, help="s, of each flight, instead of the study's.")
 @click.option("--seed", default=0, help="Of paths, values, noise, file and log.")
 def once(folder: Path, truth: Path, study: str, seed: int, **choice: object) -> None:

@@ -61,7 +61,7 @@ def score_run(shown: Path, answer: Path, today: Path, kept: Path) -> Score:
     score: Score = {
         "case": run["name"], "vehicle": case["vehicle"], "kind": case["kind"], "size": case["size"],
         "clutter": case["clutter"], "curve": case["curve"], "seed": run["seed"], "file": case.get("file", "exact"),
-        "log": case.get("log", "clean"),
+        "log": case.get("log", "clean"), "gusts": case.get("gusts", False),
         "hidden": [*(e["name"] for e in run["effects"]), *(e["name"] for e in run["other"])],
         "nearest": run["nearest"], "failed": run["failed"], "status": spent.get("status"),
         "refusal": spent.get("error", ""), "wall": spent.get("wall"), "cpu": spent.get("cpu"),

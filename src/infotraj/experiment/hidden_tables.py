@@ -14,18 +14,17 @@ from infotraj.evaluation.proportions import proportion
 NOTHING, UNEXPLAINED = "(nothing)", "(unexplained)"
 ALL = "all together"
 COVERED = 1.959964  # standard errors
-PLAIN = {"file": "exact", "log": "clean"}
+PLAIN = {"file": "exact", "log": "clean", "gusts": False}
 NAMES = ("hidden", "found", "invented", "supported", "nearest", "file_errors", "log_errors")
-ABOUT = ("case", "vehicle", "kind", "size", "clutter", "seed", "file", "log")
+ABOUT = ("case", "vehicle", "kind", "size", "clutter", "seed", "file", "log", "gusts")
 
 
 def runs_table(paths: Sequence[Path]) -> tuple[pd.DataFrame, pd.DataFrame]:
     """A row a run, and a row a parameter that was named with its standard error."""
     scores = [score for path in paths for score in json.loads(Path(path).read_text())]
     keys = (
-        "case", "vehicle", "kind", "size", "clutter", "curve", "seed", "file", "log", "answered", "status", "failed",
-        "refusal",
-        "right", "unexplained", "error_nominal", "error_oracle", "error_answer", "wall", "cpu", "score_cpu",
+        "case", "vehicle", "kind", "size", "clutter", "curve", "seed", "file", "log", "gusts", "answered", "status",
+        "failed", "refusal", "right", "unexplained", "error_nominal", "error_oracle", "error_answer", "wall", "cpu", "score_cpu",
     )  # fmt: skip
     rows, parameters = [], []
     for s in scores:
@@ -50,8 +49,8 @@ def runs_table(paths: Sequence[Path]) -> tuple[pd.DataFrame, pd.DataFrame]:
 
 
 def bare(table: pd.DataFrame) -> pd.DataFrame:
-    """The rows of exact files and clean logs."""
-    return table[(table["file"] == "exact") & (table["log"] == "clean")]
+    """The rows of exact files, clean logs and still air."""
+    return table[(table["file"] == "exact") & (table["log"] == "clean") & ~table["gusts"].astype(bool)]
 
 
 def cases_table(runs: pd.DataFrame) -> pd.DataFrame:

@@ -65,7 +65,7 @@ def ways_table(paths: Sequence[Path]) -> pd.DataFrame:
 def _rows(score: dict[str, Any]) -> Iterator[dict[str, Any]]:
     if score["kind"] not in (*LISTED, "nothing", "unlisted") or not score.get("today"):
         return
-    if (score.get("file", "exact"), score.get("log", "clean")) != ("exact", "clean"):
+    if score.get("gusts") or (score.get("file", "exact"), score.get("log", "clean")) != ("exact", "clean"):
         return
     ours = {"found": score.get("found", []), "invented": score.get("invented", []), "seconds": score["cpu"]}
     for way, said in {OURS: ours, **score["today"]}.items():

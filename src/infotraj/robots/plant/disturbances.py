@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from infotraj import rotations
+from infotraj.robots.plant.dryden import velocities
 from infotraj.robots.plant.hidden import Disturbance, Turbulence
 from infotraj.rotations import Array
 
@@ -17,7 +18,14 @@ class Disturbances:
         self._force, self._torque = np.array(hidden.force), np.array(hidden.torque)
         self._magnetic = np.array(hidden.magnetic)
         self._gusts = gusts(hidden.turbulence, rows, period, rng) if hidden.turbulence else None
+        self._wind = velocities(hidden.gusts, rows, period, rng) if hidden.gusts else np.zeros((1, 3))
+        self._drag = hidden.gusts.drag if hidden.gusts else 0.0
         self._row = 0
+
+    @property
+    def wind(self) -> Array:
+        """Velocity (m/s, world axes, (3,)) of the air in this row."""
+        return self._wind[self._row % len(self._wind)]
 
     def begin(self, row: int) -> None:
         """From now on the gusts of this row."""
@@ -25,7 +33,7 @@ class Disturbances:
 
     def add(self, position: Array, attitude: Array, applied: Array) -> None:
         """Adds to `applied` (6,): force in world axes, torque in body axes, about the body's origin."""
-        force, torque = self._force, self._torque
+        force, torque = self._force + self._drag * self.wind, self._torque
         wall = self._hidden.wall
         if wall is not None:
             share = np.exp(-max(wall.place - position[0], 0.0) / wall.range)

@@ -60,6 +60,18 @@ class Turbulence(_Strict):
     correlation_time: Positive = Field(0.5, description="s: length of the gusts over the speed of the air")
 
 
+class Gusts(_Strict):
+    """Gusts of a wind (`dryden`): what acts on the air's velocity sees them, and they push by `drag` beside.
+
+    The mean wind is left out, and so is what `drag` would take from the vehicle's own motion: gusts alone hide nothing.
+    """
+
+    speed: Positive = Field(description="m/s, of the mean wind 6 m (20 ft) above the ground")
+    height: Positive = Field(6.0, description="m above the ground")
+    heading: float = Field(0.0, description="rad, where the wind goes")
+    drag: NotNegative = Field(0.0, description="N s/m")
+
+
 class Wall(_Strict):
     """A wall at world x = place: the rotors' wake recirculates along it. Not in the catalogue.
 
@@ -79,6 +91,7 @@ class Disturbance(_Strict):
     force: Vector = Field(Zero, description="N, world axes")
     torque: Vector = Field(Zero, description="N m, body axes")
     turbulence: Turbulence | None = None
+    gusts: Gusts | None = None
     wall: Wall | None = None
     magnetic: Vector = Field(
         Zero, description="N m: torque magnetic x (world x axis, seen from the body); not in the catalogue"

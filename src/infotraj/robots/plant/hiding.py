@@ -15,6 +15,7 @@ from pydantic import BaseModel
 from infotraj.errors import InputError, problem
 from infotraj.robots.plant.hidden import (
     FlexibleArm,
+    Gusts,
     Hysteresis,
     Load,
     Pack,
@@ -80,6 +81,13 @@ def clutter(truth: Truth, vehicle: Vehicle, sizes: Values, rng: np.random.Genera
     truth = _inertia(truth, np.diag(about) * turned)
     truth = truth.model_copy(update={"center_of_mass": tuple(place.tolist())})
     return _disturb(truth, turbulence=air)
+
+
+def gusty(truth: Truth, vehicle: Vehicle, sizes: Values, rng: np.random.Generator) -> Truth:
+    """The truth in gusts from any side. sizes: `speed` (m/s), `height` (m), `drag` (1/s, times the mass: N s/m)."""
+    heading = float(rng.uniform(-np.pi, np.pi))
+    drag = sizes["drag"] * vehicle.mass
+    return _disturb(truth, gusts=Gusts(speed=sizes["speed"], height=sizes["height"], heading=heading, drag=drag))
 
 
 def _with(truth: Truth, section: str, **values: Any) -> Truth:

@@ -84,6 +84,7 @@ class Plant:
         self._imu_turn = rotations.matrix(rotations.exp(np.array(truth.hidden.imu.rotvec)))
         self._disturbances: Disturbances | None = None
         self._disturbed = truth.hidden.disturbance != Disturbance()
+        self._gusty = truth.hidden.disturbance.gusts is not None
         self._step = 0
 
     @classmethod
@@ -239,9 +240,13 @@ class Plant:
 
     def _drive(self, dt: float) -> None:
         b = self.bodies
+        through_air = b.qvel
+        if self._gusty and self._disturbances is not None:
+            through_air = b.qvel.copy()
+            through_air[:3] -= self._disturbances.wind
         aerodynamics.drive(
             self._rotors, self._air, self._axes, self._zero, b.arm_address, b.arm_dofs, self._command, dt, self.speed,
-            b.qpos, b.qvel, b.thrust, b.applied, self.achieved,
+            b.qpos, through_air, b.thrust, b.applied, self.achieved,
         )  # fmt: skip
         if self._disturbed and self._disturbances is not None:
             self._disturbances.add(b.position, b.attitude, b.applied)
