@@ -24,7 +24,8 @@ def runs_table(paths: Sequence[Path]) -> tuple[pd.DataFrame, pd.DataFrame]:
     scores = [score for path in paths for score in json.loads(Path(path).read_text())]
     keys = (
         "case", "vehicle", "kind", "size", "clutter", "curve", "seed", "file", "log", "gusts", "answered", "status",
-        "failed", "refusal", "right", "unexplained", "error_nominal", "error_oracle", "error_answer", "wall", "cpu", "score_cpu",
+        "failed", "refusal", "right", "unexplained", "error_nominal", "error_oracle", "error_answer",
+        "wall", "cpu", "score_cpu",
     )  # fmt: skip
     rows, parameters = [], []
     for s in scores:
