@@ -39,6 +39,13 @@ class ThrustVectorGains:
     max_angular_acceleration: float = 60.0
 
 
+# For a vehicle with strong, fast rotors: it follows paths of several g in air drag of as much as its weight.
+AGILE = ThrustVectorGains(
+    position_p=5.0, position_d=3.5, position_i=1.5, attitude_p=150.0, attitude_d=20.0, attitude_i=20.0, yaw_p=4.0,
+    yaw_d=2.5, yaw_i=1.0, max_feedback_acceleration=15.0, max_angular_acceleration=200.0,
+)  # fmt: skip
+
+
 class ThrustVectorController:
     """Tracks position and yaw of `reference` with the vehicle file's model; `command` as robots call it."""
 

@@ -103,7 +103,8 @@ def _planned(study: HiddenStudy) -> Iterator[tuple[Case, int, int]]:
     runs = study.runs
     for name, vehicle in study.vehicles.items():
         both = (("", runs.nothing, 0), ("c", runs.nothing_clutter, 1000))
-        for flag, count, first in both:
+        # a vehicle without effects of its own is there for its richer physics
+        for flag, count, first in both if vehicle.effects else ():
             yield Case(name, "nothing", clutter=bool(flag)), count, first
         if vehicle.voltage is not None:
             yield Case(name, "nothing", voltage=vehicle.voltage), runs.nothing_voltage, 0
@@ -129,7 +130,8 @@ def _planned(study: HiddenStudy) -> Iterator[tuple[Case, int, int]]:
         for other in vehicle.unlisted:
             yield Case(name, "unlisted", other=(other,), wave=2), runs.unlisted, 0
         yield from _curves(study, name)
-        yield from _circumstances(study, name)
+        if vehicle.effects:
+            yield from _circumstances(study, name)
 
 
 def _circumstances(study: HiddenStudy, vehicle: str) -> Iterator[tuple[Case, int, int]]:

@@ -46,6 +46,9 @@ class Flights(_Strict):
     pace: Positive = Field(1.0, description="multiple of the usual speed")
     low: Positive = Field(0.25, description="m, lowest height")
     tilt: float = Field(0.35, ge=0, description="rad; 0: attitude follows from the acceleration")
+    speed: Positive = Field(6.0, description="m/s, of the fast paths")
+    faster: Positive = Field(1.0, description="how many times as fast and as wide the held-out fast paths are")
+    gains: Literal["calm", "agile"] = Field("calm", description="of the thrust-vector controller")
 
 
 class Clutter(_Strict):
@@ -92,7 +95,7 @@ class VehicleStudy(_Strict):
     file: str
     flights: Flights
     gentle: Flights | None = Field(None, description="instead, where a load swings: its motion stays predictable")
-    effects: dict[str, Effect]
+    effects: dict[str, Effect] = {}
     cannot_show: dict[str, Values] = Field({}, description="carried, and without any trace: not to be named")
     pairs: tuple[tuple[str, str], ...] = ()
     triples: tuple[tuple[str, str, str], ...] = ()

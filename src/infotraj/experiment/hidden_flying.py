@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from infotraj.control.thrust_vector import ThrustVectorController
+from infotraj.control.thrust_vector import AGILE, ThrustVectorController
 from infotraj.control.tracking import TrackingController
 from infotraj.errors import InfotrajError
 from infotraj.experiment.file_profiles import wrong_file
@@ -71,6 +71,9 @@ def fly_run(study: HiddenStudy, case: Case, seed: int, shown: Path, kept: Path) 
     ideal = hide(vehicle, [], name="floor")
     swings = any(name == "suspended_load" for name, _ in case.effects)
     flights = settings.gentle if swings and settings.gentle else settings.flights
+    # fast paths as wide as they are fast: equally many turns a second
+    more = {"speed": flights.speed * flights.faster, "size": flights.size * flights.faster}
+    faster = flights.model_copy(update=more)
     failed = ""
     try:
         for k, kind in enumerate(flights.train):
@@ -81,7 +84,7 @@ def fly_run(study: HiddenStudy, case: Case, seed: int, shown: Path, kept: Path) 
         for k, kind in enumerate(flights.held_out):
             for what, plant in (("held_out", truth), ("floor", ideal)):
                 path, noise = rng("held-out reference", k), rng("held-out noise", k)
-                flight = _fly(vehicle, plant, kind, flights, case, path, noise)
+                flight = _fly(vehicle, plant, kind, faster, case, path, noise)
                 flight.write(kept / f"{what}_{k}.parquet")
     except InfotrajError as error:
         failed = str(error)
@@ -112,9 +115,12 @@ def _fly(
     from infotraj.robots.plant.plant import Plant  # late: mujoco
     from infotraj.robots.plant.sensors import Noise
 
-    extent = Extent(flights.size, flights.pace, flights.low, flights.tilt)
+    extent = Extent(flights.size, flights.pace, flights.low, flights.tilt, flights.speed)
     reference = standard(kind, case.seconds or flights.seconds, extent, path)
-    controller = (TrackingController if vehicle.tilts else ThrustVectorController)(vehicle, reference)
+    if vehicle.tilts:
+        controller = TrackingController(vehicle, reference)
+    else:
+        controller = ThrustVectorController(vehicle, reference, AGILE if flights.gains == "agile" else None)
     usual = Noise()
     sensors = Noise(*(case.noise * np.array([usual.position, usual.attitude, usual.rate, usual.specific_force])))
     flight, true = Plant(vehicle, truth, settle=SETTLE, noise=sensors).fly_with_truth(reference, controller, noise)

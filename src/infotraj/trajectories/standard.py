@@ -20,12 +20,13 @@ from infotraj.trajectories.reference import Reference, from_poses
 @dataclass(frozen=True)
 class Extent:
     """How far and fast: size (m) of paths, `pace` (multiple of the usual speed), lowest height (m), tilt (rad) of
-    vehicles that choose their attitude; 0 for those that cannot."""
+    vehicles that choose their attitude; 0 for those that cannot; speed (m/s) of the fast paths."""
 
     size: float = 0.9
     pace: float = 1.0
     low: float = 0.25
     tilt: float = 0.35
+    speed: float = 6.0
 
 
 _STILL = 0.6  # s at rest before the first and after the last move
@@ -137,6 +138,41 @@ def _smoothed(values: Array, half: int = 20) -> Array:
     return values
 
 
+_FAST_HEIGHT, _SPEEDING_UP = np.array([0.0, 0.0, 4.0]), 4.0  # m, s
+
+
+def _fast_circle(t: Array, extent: Extent, rng: np.random.Generator) -> Pose:
+    """A circle, tipped a little, at `speed` after 4 s; banking grows with speed^2 / size."""
+    radius, speed = extent.size * rng.uniform(0.9, 1.1), extent.speed * rng.uniform(0.9, 1.0)
+    around = rng.choice([-1.0, 1.0]) * _travelled(t, speed / radius)
+    flat_circle = np.stack([np.cos(around) - 1.0, np.sin(around), _tipped(around, rng)], axis=1)
+    return radius * flat_circle + _FAST_HEIGHT, *_heading(t, rng)
+
+
+def _fast_lemniscate(t: Array, extent: Extent, rng: np.random.Generator) -> Pose:
+    """A figure eight (Gerono's) of 2.4 sizes, fastest in its middle, where it is at `speed` after 4 s."""
+    size, speed = 1.2 * extent.size * rng.uniform(0.9, 1.1), extent.speed * rng.uniform(0.9, 1.0)
+    around = rng.choice([-1.0, 1.0]) * _travelled(t, speed / (np.sqrt(2.0) * size))
+    eight = np.stack([np.sin(around), np.sin(around) * np.cos(around), _tipped(around, rng)], axis=1)
+    return size * eight + _FAST_HEIGHT, *_heading(t, rng)
+
+
+def _travelled(t: Array, pulse: float) -> Array:
+    """Angle (rad) after speeding up to `pulse` (rad/s) and before slowing down again."""
+    rates = pulse * _window(t, _SPEEDING_UP)
+    return np.concatenate([[0.0], np.cumsum(0.5 * (rates[1:] + rates[:-1]) * np.diff(t))])
+
+
+def _tipped(around: Array, rng: np.random.Generator) -> Array:
+    """Height over the size of a path on a plane that leans by up to 0.15 rad; 0 where it begins."""
+    lean, towards = rng.uniform(0.05, 0.15), rng.uniform(0, 2 * np.pi)
+    return lean * (np.sin(around + towards) - np.sin(towards))
+
+
+def _heading(t: Array, rng: np.random.Generator) -> tuple[Array, Array, Array]:
+    return 0 * t, 0 * t, _wave(t, 0.6, 0.9, rng)
+
+
 KINDS: dict[str, Callable[[Array, Extent, np.random.Generator], Pose]] = {
     "eight": _eight,
     "helix": _helix,
@@ -144,4 +180,6 @@ KINDS: dict[str, Callable[[Array, Extent, np.random.Generator], Pose]] = {
     "low": _low,
     "waypoints": _waypoints,
     "smooth_waypoints": _smooth_waypoints,
+    "fast_circle": _fast_circle,
+    "fast_lemniscate": _fast_lemniscate,
 }

@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from infotraj.robots.plant import rotor_moments, thrust_changes
-from infotraj.robots.plant.truth import Truth
+from infotraj.robots.plant import blade_elements, rotor_moments, thrust_changes
+from infotraj.robots.plant.truth import Blades, Truth
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
@@ -33,8 +33,11 @@ ROTOR = np.dtype(
         ("inertia", "f8"),  # kg m^2
         ("factor", "f8"),  # of the thrust, at this instant
         ("memory", "f8"),  # of the hysteresis, -1..1
+        ("inflow", "f8"),  # m/s, mean induced velocity of the last step; 0: none yet
     ]
 )
+
+BLADE = np.dtype([(name, "f8") for name in Blades.model_fields])  # as in the truth; count 0: none
 
 AIR = np.dtype(
     [
@@ -112,6 +115,14 @@ def air_table(truth: Truth) -> np.ndarray:
 def tilt_axes(vehicle: Vehicle) -> Array:
     """The tilts' axes, (tilts, 3)."""
     return np.array([t.axis for t in vehicle.tilts], dtype=float).reshape(-1, 3)
+
+
+def blade_table(truth: Truth) -> np.ndarray:
+    """The blades as a record array of dtype BLADE, (1,)."""
+    table = np.zeros(1, dtype=BLADE)
+    for name, value in truth.blades.model_dump().items() if truth.blades else ():
+        table[name] = value
+    return table
 
 
 @njit(cache=True, error_model="numpy")
@@ -261,7 +272,7 @@ def rotor_wrench(rotors, thrust, position, direction, wrench):
 
 
 @njit(cache=True, error_model="numpy")
-def drive(rotors, air, axes, zero, arms, arm_dofs, command, dt, speed, qpos, qvel, thrust, applied, achieved):
+def drive(rotors, air, blade, axes, zero, arms, arm_dofs, command, dt, speed, qpos, qvel, thrust, applied, achieved):
     """One step of the actuators and the air for the rigid-body simulation.
 
     Advances `speed` (rotors,) rad/s by dt towards `command`; fills `thrust` (rotors,) N, `applied` (6,): the air's
@@ -293,6 +304,7 @@ def drive(rotors, air, axes, zero, arms, arm_dofs, command, dt, speed, qpos, qve
     thrust_changes.factors(rotors, air, tilt, square, qpos[2], R, position)
     thrusts(rotors, air, square, velocity, rate, position, direction, loss, thrust)
     drag(rotors, air, square, velocity, rate, position, direction, wrench)
+    blade_elements.blades(rotors, blade, square, velocity, rate, position, direction, thrust, wrench)
     rotor_moments.flapping(rotors, air, thrust, velocity, rate, position, direction, wrench)
     rotor_moments.rolling(rotors, air, square, velocity, rate, position, direction, wrench)
     rotor_moments.gyroscopic(rotors, axes, slope, command, square, rate, direction, wrench)

@@ -24,7 +24,7 @@ from infotraj.robots.plant.hidden import (
     Turbulence,
     Wall,
 )  # fmt: skip
-from infotraj.robots.plant.truth import Interference, Lag, SecondOrder, Truth
+from infotraj.robots.plant.truth import Blades, Interference, Lag, SecondOrder, Truth
 from infotraj.vehicle import Vehicle
 
 Values = Mapping[str, Any]
@@ -199,6 +199,13 @@ def _real_pack(truth: Truth, vehicle: Vehicle, values: Values) -> Truth:
     return _hidden(truth, supply=pack(vehicle, **values))
 
 
+def _blades(truth: Truth, vehicle: Vehicle, values: Values) -> Truth:
+    """Stiff blades (`Blades`), and beside them `body_drag` (N s^2/m^2, an axis) and `flapping` (s/m)."""
+    blades = {k: v for k, v in values.items() if k not in ("body_drag", "flapping")}
+    truth = _with(truth, "air", quadratic_drag=_triple(values["body_drag"]), flapping=values["flapping"])
+    return truth.model_copy(update={"blades": Blades(**blades)})
+
+
 def _spread(key: str) -> Hide:
     """One number for every tilt."""
 
@@ -259,6 +266,7 @@ RICHER: dict[str, Hide] = {
     "wakes": lambda truth, vehicle, values: _with(truth, "air", interference=Interference(**values)),
     "blade_flapping": lambda truth, vehicle, values: _with(truth, "air", **values),
     "real_battery": _real_pack,
+    "blade_elements": _blades,
 }
 
 UNLISTED: dict[str, Hide] = {

@@ -74,6 +74,7 @@ class Plant:
         self._command = np.zeros(len(vehicle.rotors))
         self._rotors = aerodynamics.rotor_table(vehicle, truth)
         self._air = aerodynamics.air_table(truth)
+        self._blade = aerodynamics.blade_table(truth)
         self._axes = aerodynamics.tilt_axes(vehicle)
         self._zero = np.array(truth.servos.zero_error if truth.servos else (), dtype=float)
         self._late = LateCommands(whole_steps(truth.hidden.command_delay, timestep, "command_delay"))
@@ -245,8 +246,8 @@ class Plant:
             through_air = b.qvel.copy()
             through_air[:3] -= self._disturbances.wind
         aerodynamics.drive(
-            self._rotors, self._air, self._axes, self._zero, b.arm_address, b.arm_dofs, self._command, dt, self.speed,
-            b.qpos, through_air, b.thrust, b.applied, self.achieved,
+            self._rotors, self._air, self._blade, self._axes, self._zero, b.arm_address, b.arm_dofs, self._command, dt,
+            self.speed, b.qpos, through_air, b.thrust, b.applied, self.achieved,
         )  # fmt: skip
         if self._disturbed and self._disturbances is not None:
             self._disturbances.add(b.position, b.attitude, b.applied)

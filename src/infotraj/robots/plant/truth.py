@@ -73,6 +73,20 @@ class Air(_Strict):
     )
 
 
+class Blades(_Strict):
+    """Stiff blades, of which rotors follow from blade-element momentum theory (`blade_elements`)."""
+
+    count: Positive = Field(description="blades a rotor")
+    root_chord: Positive = Field(description="m, at the axis; the chord is linear in the radius")
+    tip_chord: Positive = Field(description="m")
+    cutout: Fraction = Field(0.15, description="share of the radius that the hub takes")
+    pitch: Positive = Field(description="m of advance a turn")
+    lift_slope: Positive = Field(5.0, description="1/rad, of the section: c_l = slope sin a cos a")
+    drag: Positive = Field(0.02, description="of the section at a = 0: c_d = this + drag_rise sin^2 a")
+    drag_rise: Positive = Field(1.3, description="see drag")
+    density: Positive = Field(1.2, description="kg/m^3, of the air")
+
+
 class SecondOrder(_Strict):
     """A servo as an oscillator: natural frequency (rad/s) and damping ratio."""
 
@@ -111,6 +125,7 @@ class Truth(_Strict):
     inertia: Inertia = Field(description="kg m^2 about the centre of mass, with arms, at zero tilts")
     arm: Arm | None = Field(None, description="left out for a vehicle without tilts")
     rotors: Rotors
+    blades: Blades | None = Field(None, description="left out: thrust is k_F w^2 and the moment constant its torque")
     air: Air = Air()
     servos: Servos | None = Field(None, description="left out for a vehicle without tilts")
     hidden: Hidden = Hidden()
