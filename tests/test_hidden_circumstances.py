@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -10,12 +11,14 @@ import yaml
 from click.testing import CliRunner
 
 from infotraj.errors import UsageError
-from infotraj.experiment import hidden_scoring
+from infotraj.experiment import hidden_circumstances, hidden_scoring, hidden_tables
 from infotraj.experiment.hidden_cases import Batch, Case, batches
 from infotraj.experiment.hidden_config import load_study, read_study
 from infotraj.experiment.hidden_flying import fly_batch
 from infotraj.experiment.hidden_once import chosen, once
+from infotraj.experiment.hidden_summary import report
 from infotraj.flight import read_flight
+from infotraj.plots.hidden_circumstances import figure_false_alarms
 from infotraj.vehicle import load_vehicle
 
 STUDY = read_study("config/studies/hidden_effects.yaml")
@@ -166,3 +169,90 @@ def test_a_second_rotor_is_invented_unless_the_file_is_wrong_about_it():
     found = scored([["rotor_effectiveness"]], two, stood=("rotor_effectiveness",), effects=1)
     assert found["invented"] == ["rotor_effectiveness, another"]
     assert not found["right"]
+
+
+def row(kind, **more):
+    named = more.pop("named", {})
+    return {
+        "case": f"omav/{kind}/x", "vehicle": "omav", "kind": kind, "size": "usual" if kind == "single" else "",
+        "clutter": False, "curve": "", "seed": 0, "hidden": list(named), "nearest": [], "failed": "", "status": 0,
+        "wall": 1.0, "cpu": 1.0, "answered": True, "unexplained": False, "supported": [],
+        "groups": list(named.values()),
+        "stood": {n: g for n, g in named.items() if n in g}, "found": list(named), "invented": [], "right": True,
+        "error_nominal": 1.0, "error_oracle": 1.0, "error_answer": 1.0, "parameters": [], **more,
+    }  # fmt: skip
+
+
+def numbers(*estimates):
+    return [
+        {"effect": "linear_drag", "parameter": "d", "place": 0, "true": 1.0, "estimate": e, "standard_error": 0.1}
+        for e in estimates
+    ]
+
+
+def counted(tmp_path, *scores):
+    (tmp_path / "scores.json").write_text(json.dumps(scores))
+    runs, parameters = hidden_tables.runs_table([tmp_path / "scores.json"])
+    return hidden_circumstances.circumstances_table(runs, parameters)
+
+
+def cell(table, circumstance, what, vehicle="all"):
+    (found,) = table[
+        (table["circumstance"] == circumstance) & (table["what"] == what) & (table["vehicle"] == vehicle)
+    ].itertuples()
+    return found.count, found.total
+
+
+def test_each_circumstance_is_counted_apart(tmp_path):
+    table = counted(
+        tmp_path,
+        row("nothing"),
+        row("nothing", file="3%", invented=["linear_drag"], right=False),
+        row("nothing", file="3%", file_errors=["mass_offset"]),
+        row("nothing", file="3%", answered=False),
+        row("nothing", log="autopilot", log_errors=["time_offset"]),
+        row("single", named={"linear_drag": ["linear_drag"]}, parameters=numbers(1.05, 1.5)),
+        row("single", clutter=True, named={"linear_drag": ["linear_drag"]}, parameters=numbers(1.1)),
+        row("pair", gusts=True, named={"linear_drag": ["linear_drag"], "rotor_lag": ["rotor_lag", "time_offset"]}),
+    )
+    assert cell(table, "file 3%", "false alarms") == (1, 2)
+    assert cell(table, "file 3%", "file errors named as effects") == (1, 2)
+    assert cell(table, "clean", "false alarms") == (0, 1)
+    assert cell(table, "log autopilot", "log errors named as effects") == (1, 1)
+    assert cell(table, "clean", "numbers in their 95 % interval") == (1, 2)
+    assert cell(table, "clutter", "numbers in their 95 % interval") == (1, 1)
+    assert cell(table, "gusts", "named alone") == cell(table, "gusts", "named in a group") == (1, 2)
+    assert "linear_drag" not in hidden_circumstances.said(table)
+    assert "| file 3% |" in hidden_circumstances.said(table)
+
+
+def test_false_alarms_are_a_curve_over_how_wrong_the_file_is(tmp_path):
+    levels = [("exact", 0), ("1%", 0), ("3%", 1), ("10%", 3)]
+    scores = [
+        row("nothing", file=level, invented=["steady_force"] if k < wrong else [])
+        for level, wrong in levels
+        for k in range(4)
+    ]
+    curve = hidden_circumstances.false_alarm_curve(counted(tmp_path, *scores))
+    own = curve[(curve["what"] == "false alarms") & (curve["vehicle"] == "all")]
+    assert list(own["off"]) == pytest.approx([0.0, 1.0, 3.0, 10.0])
+    assert list(own["share"]) == pytest.approx([0.0, 0.0, 0.25, 0.75])
+    figure_false_alarms(curve, tmp_path / "f.pdf", tmp_path / "f.png")
+    assert (tmp_path / "f.png").stat().st_size > 5000
+
+
+def test_the_summary_says_what_wrong_files_and_faster_flights_must_show(tmp_path):
+    scores = [
+        row("single", named={"linear_drag": ["linear_drag"]}),
+        row("single", file="3%", right=False),
+        row("nothing", file="10%"),
+        row("single", log="filters"),
+        row("richer", vehicle="agile_quadrotor", force_nominal=11.0, force_answer=3.0),
+    ]
+    (tmp_path / "scores.json").write_text(json.dumps(scores))
+    said = report(*hidden_tables.runs_table([tmp_path / "scores.json"]), [])
+    assert "| single effects, usual size: right | at least 98 % | 100.0 %" in said
+    assert "| files wrong by 3%: singles right | at least 95 % | 0.0 %" in said
+    assert "| files wrong by 10%: false alarms | at most 5 % | 0.0 %" in said
+    assert "| rough logs: singles, pairs and triples right | 95 % of what clean ones give | 100.0 %" in said
+    assert "| agile quadrotor: force error gone on faster flights, median | at least 70 % | 80.0 % | 1 |" in said

@@ -32,13 +32,16 @@ class HeldOut:
         self._samples: dict[str, list[FlightSamples]] = {}
         self._floor = _mean_squares([flight_samples(base, f) for f in floor], base)
 
-    def error(self, model: Model) -> float:
-        """Mean over the axes of all quantities, in units of the floor; infinite where the model cannot be evaluated."""
+    def error(self, model: Model, quantity: str = "") -> float:
+        """Mean over the axes of all quantities, or of one, in units of the floor; infinite where the model cannot be
+        evaluated."""
         try:
             found = _mean_squares(self._of(model.vehicle), model)
         except InfotrajError:
             return float("inf")
-        shared = [name for name in found if name in self._floor]
+        shared = [name for name in found if name in self._floor and quantity in ("", name)]
+        if not shared:
+            return float("nan")
         return float(np.mean([found[name] / self._floor[name] for name in shared]))
 
     def _of(self, vehicle: Vehicle) -> list[FlightSamples]:

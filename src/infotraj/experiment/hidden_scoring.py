@@ -90,6 +90,7 @@ def score_run(shown: Path, answer: Path, today: Path, kept: Path) -> Score:
     score["error_nominal"] = held.error(base)
     answered = load_model(answer / "model.yaml") if (answer / "model.yaml").is_file() else base
     score["error_answer"] = held.error(answered)
+    score["force_nominal"], score["force_answer"] = (held.error(m, "force") for m in (base, answered))
     listed = [_label(e) for e in run["effects"]]
     oracle = _fitted(base, listed, training)
     fitted = held.error(oracle) if oracle is not None else None

@@ -9,6 +9,7 @@ from pathlib import Path
 import pandas as pd
 
 from infotraj.evaluation.proportions import Proportion, proportion
+from infotraj.experiment import hidden_circumstances as by
 from infotraj.experiment import hidden_tables as tables
 from infotraj.experiment import hidden_ways
 from infotraj.experiment.config import HiddenEffects
@@ -20,7 +21,9 @@ KINDS = ("single", "nothing", "pair", "triple", "cannot_show", "richer", "unlist
 
 
 def summarise(settings: HiddenEffects, scores: Sequence[Path], markdown: Path, folder: Path, figures: Path) -> None:
-    """Writes the Markdown, the tables runs, cases, confusion, parameters, coverage, curves, ways (CSV), the figures."""
+    """Writes Markdown, figures and the tables (CSV) runs, cases, confusion, parameters, coverage, curves, ways,
+    circumstances."""
+    from infotraj.plots.hidden_circumstances import figure_false_alarms
     from infotraj.plots.hidden_effects import figure_confusion, figure_curves, figure_error_fall
     from infotraj.plots.hidden_numbers import figure_numbers
 
@@ -34,20 +37,24 @@ def summarise(settings: HiddenEffects, scores: Sequence[Path], markdown: Path, f
         "coverage": tables.coverage_table(parameters),
         "curves": tables.curves_table(runs),
         "ways": hidden_ways.ways_table(scores),
+        "circumstances": by.circumstances_table(runs, parameters),
     }
     for name, table in made.items():
         write_table(table, folder / f"{name}.csv")
     for path in (markdown.parent, figures):
         path.mkdir(parents=True, exist_ok=True)
     text = report(runs, parameters, planned)
+    if len(runs):
+        text += f"\nBy circumstance:\n\n{by.said(made['circumstances'])}"
     if len(made["ways"]):
         text += f"\nWhat users do today, on the same flights:\n\n{hidden_ways.said(made['ways'])}"
     markdown.write_text(text)
     for name, table, draw in (
         ("confusion", made["confusion"], figure_confusion),
-        ("error_fall", runs, figure_error_fall),
+        ("error_fall", tables.bare(runs), figure_error_fall),
         ("curves", made["curves"], figure_curves),
-        ("numbers", parameters, figure_numbers),
+        ("numbers", tables.bare(parameters), figure_numbers),
+        ("false_alarms", by.false_alarm_curve(made["circumstances"]), figure_false_alarms),
     ):
         if len(table):
             draw(table, figures / f"{name}.pdf", figures / f"{name}.png")
@@ -88,6 +95,8 @@ def report(runs: pd.DataFrame, parameters: pd.DataFrame, planned: Sequence[Batch
 
 def _targets(runs: pd.DataFrame, parameters: pd.DataFrame) -> list[tuple[str, str, str, int]]:
     rows: list[tuple[str, str, str, int]] = []
+    everything, runs = runs, tables.bare(runs)
+    parameters = tables.bare(parameters)
 
     def rate(what: str, must: str, part: pd.DataFrame, good: pd.Series) -> None:
         rows.append((what, must, _said(proportion(int(good.sum()), len(part))), len(part)))
@@ -107,7 +116,7 @@ def _targets(runs: pd.DataFrame, parameters: pd.DataFrame) -> list[tuple[str, st
         rate(f"- {kind}s", "", part, part["right"])
     for vehicle in sorted(set(runs["vehicle"])):
         part = runs[(runs["kind"] == "nothing") & (runs["vehicle"] == vehicle) & runs["answered"]]
-        p = proportion(int((part["supported"] != "").sum()), len(part))
+        p = proportion(int((part["invented"] != "").sum()), len(part))
         said = f"{_said(p)}; one-sided 95 % bound {100 * p.bound:.1f} %"
         rows.append((f"nothing missing, {vehicle}: false alarms", "at most 2 %", said, len(part)))
     absent = runs[runs["kind"] == "cannot_show"]
@@ -125,6 +134,23 @@ def _targets(runs: pd.DataFrame, parameters: pd.DataFrame) -> list[tuple[str, st
         rows.append(("explainable error gone on held-out flights, median", "at least 95 %", gone, len(named)))
         over = 100 * (named["over_oracle"].median() - 1)
         rows.append(("held-out error over the oracle's, median", "within 2 %", f"{over:+.2f} %", len(named)))
+    for level, right, wrong in (
+        ("1%", "", ""),
+        ("3%", "at least 95 %", "at most 3 %"),
+        ("10%", "at least 90 %", "at most 5 %"),
+    ):
+        part = everything[everything["file"] == level]
+        single = part[(part["kind"] == "single") & (part["size"] == "usual")]
+        rate(f"files wrong by {level}: singles right", right, single, single["right"])
+        nothing = part[(part["kind"] == "nothing") & part["answered"]]
+        rate(f"files wrong by {level}: false alarms", wrong, nothing, nothing["invented"] != "")
+    rough = everything[(everything["log"] != "clean") & everything["kind"].isin(["single", "pair", "triple"])]
+    rate("rough logs: singles, pairs and triples right", "95 % of what clean ones give", rough, rough["right"])
+    fast = everything[everything["vehicle"].str.startswith("agile") & (everything["kind"] == "richer")]
+    fast = fast[fast["force_fall"].notna()]
+    if len(fast):
+        gone = f"{100 * fast['force_fall'].median():.1f} %"
+        rows.append(("agile quadrotor: force error gone on faster flights, median", "at least 70 %", gone, len(fast)))
     return rows
 
 

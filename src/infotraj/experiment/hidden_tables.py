@@ -25,23 +25,27 @@ def runs_table(paths: Sequence[Path]) -> tuple[pd.DataFrame, pd.DataFrame]:
     keys = (
         "case", "vehicle", "kind", "size", "clutter", "curve", "seed", "file", "log", "gusts", "answered", "status",
         "failed", "refusal", "right", "unexplained", "error_nominal", "error_oracle", "error_answer",
-        "wall", "cpu", "score_cpu",
+        "force_nominal", "force_answer", "wall", "cpu", "score_cpu",
     )  # fmt: skip
     rows, parameters = [], []
     for s in scores:
         row = {k: s.get(k, PLAIN.get(k)) for k in keys}
         row.update({k: "+".join(s.get(k) or []) for k in NAMES})
+        groups = (s.get("stood") or {}).values()
+        row["alone"], row["in_group"] = (sum((len(g) > 1) == several for g in groups) for several in (False, True))
         row["groups"] = " ".join("|".join(g) for g in s.get("groups") or [])
         rows.append(row)
         for p in s.get("parameters") or []:
             parameters.append({**{k: s.get(k, PLAIN.get(k)) for k in ABOUT}, **p})
-    runs = pd.DataFrame(rows, columns=[*keys, *NAMES, "groups"])
+    runs = pd.DataFrame(rows, columns=[*keys, *NAMES, "alone", "in_group", "groups"])
     for name in ("right", "unexplained", "clutter", "answered"):
         runs[name] = runs[name].fillna(False).astype(bool)
-    for name in ("error_nominal", "error_oracle", "error_answer", "wall", "cpu", "score_cpu"):
+    for name in keys[keys.index("error_nominal") :]:
         runs[name] = runs[name].astype(float)
     explainable = runs["error_nominal"] - runs["error_oracle"]
     runs["fall"] = (runs["error_nominal"] - runs["error_answer"]) / explainable.where(explainable > 0.05)
+    explainable = runs["force_nominal"] - 1.0
+    runs["force_fall"] = (runs["force_nominal"] - runs["force_answer"]) / explainable.where(explainable > 0.05)
     runs["over_oracle"] = runs["error_answer"] / runs["error_oracle"]
     return runs, pd.DataFrame(
         parameters,
@@ -100,14 +104,15 @@ def confusion_table(runs: pd.DataFrame) -> pd.DataFrame:
 def coverage_table(parameters: pd.DataFrame) -> pd.DataFrame:
     """A row a parameter (all numbers of a vector): coverage of the 95 % interval, and how far estimates are off."""
     rows = []
-    for key, part in parameters.groupby(["vehicle", "effect", "parameter", "clutter"], sort=True):
+    keys = ["vehicle", "effect", "parameter", "clutter", "file", "log", "gusts"]
+    for key, part in parameters.groupby(keys, sort=True):
         off = (part["estimate"] - part["true"]).to_numpy()
         inside = np.abs(off) <= COVERED * part["standard_error"].to_numpy()
         p = proportion(int(inside.sum()), len(part))
         size = float(np.sqrt(np.mean(part["true"] ** 2)))
         rows.append(
             {
-                "vehicle": key[0], "effect": key[1], "parameter": key[2], "clutter": key[3], "numbers": len(part),
+                **dict(zip(keys, key, strict=True)), "numbers": len(part),
                 "covered": p.share, "low": p.low, "high": p.high, "bias": float(off.mean()),
                 "rms_error": float(np.sqrt(np.mean(off**2))), "rms_true": size,
                 "mean_standard_error": float(part["standard_error"].mean()),
