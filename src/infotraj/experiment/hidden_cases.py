@@ -89,7 +89,9 @@ class Batch:
 def batches(study: HiddenStudy, only: Sequence[str] = (), seeds: int | None = None) -> list[Batch]:
     """All batches in the order of their waves. only: patterns of case names; seeds: at most so many a case."""
     found = []
-    for case, count, first in _planned(study):
+    planned = list(_planned(study))
+    planned += [more for case, _, _ in planned for more in _circumstances(study, case)]
+    for case, count, first in planned:
         if only and not any(fnmatch.fnmatch(case.name, pattern) for pattern in only):
             continue
         count = count if seeds is None else min(count, seeds)
@@ -130,28 +132,24 @@ def _planned(study: HiddenStudy) -> Iterator[tuple[Case, int, int]]:
         for other in vehicle.unlisted:
             yield Case(name, "unlisted", other=(other,), wave=2), runs.unlisted, 0
         yield from _curves(study, name)
-        if vehicle.effects:
-            yield from _circumstances(study, name)
 
 
-def _circumstances(study: HiddenStudy, vehicle: str) -> Iterator[tuple[Case, int, int]]:
-    """Nothing, singles at usual size, pairs and triples with wrong files and rough logs, and the first two in gusts."""
-    settings, c, runs = study.vehicles[vehicle], study.circumstances, study.runs
-    bare = [(Case(vehicle, "nothing"), "nothing")]
-    for effect, usual in settings.effects.items():
-        bare.append((Case(vehicle, "single", ((effect, 1.0),), size="usual", voltage=usual.voltage), "single"))
-    for kind, lists in (("pair", settings.pairs), ("triple", settings.triples)):
-        for members in lists:
-            volts = next((v for m in members if (v := settings.effects[m].voltage)), None)
-            bare.append((Case(vehicle, kind, tuple((m, 1.0) for m in members), voltage=volts), "several"))
-    for case, what in bare:
-        if what != "several":
-            yield replace(case, gusts=True, wave=2), getattr(runs, f"{what}_gusts"), 0
-        for level in c.files:
-            yield replace(case, file=level, wave=2), getattr(runs, f"{what}_file"), 0
-        for log in c.logs:
-            if not set(plain(n) for n, _ in case.effects) & UNSEEN_IN_LOGS.get(log, frozenset()):
-                yield replace(case, log=log, wave=2), getattr(runs, f"{what}_log"), 0
+def _circumstances(study: HiddenStudy, case: Case) -> Iterator[tuple[Case, int, int]]:
+    """A clean case (nothing, a single at usual size, a pair, a triple) with wrong files and rough logs, the first two
+    also in gusts."""
+    kind = {"pair": "several", "triple": "several"}.get(case.kind, case.kind)
+    if case.clutter or kind not in ("nothing", "single", "several") or case.size not in ("", "usual"):
+        return
+    if kind == "nothing" and case.voltage is not None:
+        return
+    c, runs = study.circumstances, study.runs
+    if kind != "several":
+        yield replace(case, gusts=True, wave=2), getattr(runs, f"{kind}_gusts"), 0
+    for level in c.files:
+        yield replace(case, file=level, wave=2), getattr(runs, f"{kind}_file"), 0
+    for log in c.logs:
+        if not {plain(n) for n, _ in case.effects} & UNSEEN_IN_LOGS.get(log, frozenset()):
+            yield replace(case, log=log, wave=2), getattr(runs, f"{kind}_log"), 0
 
 
 def _curves(study: HiddenStudy, vehicle: str) -> Iterator[tuple[Case, int, int]]:
