@@ -200,6 +200,13 @@ class RealFlights(_Strict):
     )
 
 
+class RealTable(_Strict):
+    """The table of real flights of known vehicles: known, answered, not answerable."""
+
+    cases: str = Field("config/studies/real_table.yaml", description="flights, vehicles, and what is known of them")
+    only: tuple[str, ...] = Field((), description="patterns of case names, such as acsl_*; none: all cases")
+
+
 class CheckCorpus(_Strict):
     """How `check` is measured: flights of many kinds of logs, and known errors put into some of them."""
 
@@ -241,6 +248,7 @@ class ExperimentConfig(_Strict):
     data_dir: str | None = Field(None, description="folder of the real flights where INFOTRAJ_DATA is not set")
     pool: Pool = Pool()
     real_flights: RealFlights = RealFlights()
+    real_table: RealTable = RealTable()
     hidden_effects: HiddenEffects = HiddenEffects()
     closed_loop: ClosedLoop = ClosedLoop()
     check_corpus: CheckCorpus = CheckCorpus()

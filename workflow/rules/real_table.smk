@@ -1,0 +1,128 @@
+"""Target `real_table`: public real flights of known vehicles, from raw logs to a table of what is answered. On request only.
+
+Cases whose data are not on this machine are skipped, with the reason on standard error and in the table.
+"""
+
+from infotraj.experiment.real_cases import missing, read_cases
+
+REAL_CASE = "results/real_table/{case}"
+
+
+def real_cases():
+    """The cases that the configuration asks for, by name."""
+    try:
+        wanted = read_cases(CONFIG.real_table.cases).chosen(CONFIG.real_table.only)
+    except InfotrajError as error:
+        print(error, file=sys.stderr)
+        sys.exit(error.exit_status)
+    return {case.name: case for case in wanted}
+
+
+def real_case_logs(wildcards):
+    """Name and size of a case's logs, and how they are cut: others rerun what reads them."""
+    case = real_cases()[wildcards.case]
+    folder = location.find_dataset(case.folder, CONFIG.data_dir)
+    files = [window.file.split("#")[0] for window in (*case.fit, *case.held)]
+    sizes = folder and [(name, (folder / name).stat().st_size) for name in files]
+    return [case.mapping, case.accept, sizes, [w.model_dump() for w in (*case.fit, *case.held)]]
+
+
+def real_case_asked(wildcards):
+    """What a case asks, without what is known of its answer: a better description reruns nothing."""
+    asked = {"model", "fit", "held", "force_from"}
+    return real_cases()[wildcards.case].model_dump(mode="json", include=asked)
+
+
+def real_answers(_):
+    """The answers of the cases whose data are here; the others are named on standard error."""
+    answers = []
+    for name, case in real_cases().items():
+        if why := missing(case, CONFIG.data_dir):
+            print(f"Skipped: {name}: {why}", file=sys.stderr)
+        else:
+            answers.append(f"{REAL_CASE.format(case=name)}/answer.json")
+    return answers
+
+
+rule real_case_flights:
+    output:
+        flights=directory(f"{REAL_CASE}/flights"),
+    log:
+        "results/logs/real_table/{case}/flights.log",
+    benchmark:
+        "results/benchmarks/real_table/{case}/flights.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    params:
+        code=code("real_cases"),
+        settings=settings("data_dir"),
+        cases=CONFIG.real_table.cases,
+        logs=real_case_logs,
+    script:
+        "../scripts/real_case_flights.py"
+
+
+rule real_case:
+    input:
+        flights=f"{REAL_CASE}/flights",
+        models=real_model_files,
+    output:
+        numbers=f"{REAL_CASE}/answer.json",
+        text=f"{REAL_CASE}/answer.txt",
+        model=f"{REAL_CASE}/model.yaml",
+    log:
+        "results/logs/real_table/{case}/answer.log",
+    benchmark:
+        "results/benchmarks/real_table/{case}/answer.tsv"
+    threads: 1
+    resources:
+        mem_mb=3000,
+    params:
+        code=code("real_answering"),
+        cases=CONFIG.real_table.cases,
+        asked=real_case_asked,
+    script:
+        "../scripts/real_case.py"
+
+
+rule real_table:
+    input:
+        answers=real_answers,
+        cases=CONFIG.real_table.cases,
+    output:
+        table="results/real_table/table.csv",
+        markdown=report(
+            "results/real_table/table.md",
+            category="Real flights",
+            caption="../report/real_table.rst",
+            labels={"data set": "all", "what": "known and answered"},
+        ),
+    log:
+        "results/logs/real_table/table.log",
+    benchmark:
+        "results/benchmarks/real_table/table.tsv"
+    threads: 1
+    resources:
+        mem_mb=500,
+    params:
+        code=code("real_table"),
+        settings=settings("data_dir", "real_table"),
+    script:
+        "../scripts/real_table.py"
+
+
+rule publish_real_table:
+    input:
+        rules.real_table.output.markdown,
+    output:
+        "docs/results/real_flights.md",
+    log:
+        "results/logs/publish_real_table.log",
+    benchmark:
+        "results/benchmarks/publish_real_table.tsv"
+    threads: 1
+    resources:
+        mem_mb=100,
+    shell:
+        "cp {input} {output} 2> {log}"
