@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 from infotraj.checking.admission import admitted, checked
 from infotraj.comparing import compare
+from infotraj.comparing.equation_error import equation_error
 from infotraj.comparing.files import write_json
 from infotraj.comparing.summary import as_dict as compared_as_dict
 from infotraj.diagnosis import summary
-from infotraj.diagnosis.diagnosis import diagnose
+from infotraj.diagnosis.diagnosis import diagnose, observe
 from infotraj.diagnosis.saving import save_diagnosed
 from infotraj.errors import InputError
 from infotraj.experiment.real_cases import RealCase, Window, flight_path, read_cases
@@ -38,7 +39,7 @@ def answer_case(
     parent = Path(config) / case.model
     given, content = read_model(parent)
     result: dict[str, Any] = {"case": name, "answer": None, "seconds": None, "held_out": None}
-    used, result["rejected"] = admit(case.fit, flights, given.vehicle)
+    used, result["rejected"] = admit(case.fit, flights, given.vehicle, lambda flight: observe(given, [flight]))
     after, said = given, "\n".join(result["rejected"])
     began = time.process_time()
     try:
@@ -51,7 +52,7 @@ def answer_case(
         after = found.model
         save_diagnosed(found, Path(model), parent=parent, content=content, flights=used)
     except InputError as error:
-        result["rejected"].append(str(error))
+        result["rejected"].append(_by_name(error, case.fit, flights))
         said += f"\n{error}\n"
         save_model(given, model, standard_errors=[e.standard_errors for e in content.effects])
     result["held_out"], left_out = tested(case, flights, given, after)
@@ -60,25 +61,40 @@ def answer_case(
     write_text(said, text)
 
 
-def admit(windows: Sequence[Window], flights: str | Path, vehicle: Vehicle) -> tuple[list[Flight], list[str]]:
-    """The windows' flights that `check` lets through, without what it finds dead, and a line for each other one."""
+def admit(
+    windows: Sequence[Window], flights: str | Path, vehicle: Vehicle, use: Callable[[Flight], object]
+) -> tuple[list[Flight], list[str]]:
+    """The windows' flights that `check` lets through and `use` can work with, and a line for each other one.
+
+    use: raises InputError where it cannot. What `check` finds dead is empty in the flights.
+    """
     read = [read_flight(flight_path(flights, w)) for w in windows]
     good, lines = [], []
     for window, flight, check in zip(windows, read, checked(read, vehicle), strict=True):
         try:
-            good.append(admitted(flight, check))
+            clean = admitted(flight, check)
+            use(clean)
+            good.append(clean)
         except InputError as error:
-            lines.append(f"{window.name}: {error}")
+            lines.append(_by_name(error, [window], flights))
     return good, lines
 
 
 def tested(case: RealCase, flights: str | Path, before: Model, after: Model) -> tuple[dict[str, Any] | None, list[str]]:
     """The JSON of `compare`, before first, on the flights held out (None without any); a line for each left out."""
-    used, lines = admit(case.held, flights, before.vehicle) if case.held else ([], [])
+
+    def use(flight: Flight) -> None:
+        equation_error(before, flight, force_from=case.force_from)
+
+    used, lines = admit(case.held, flights, before.vehicle, use) if case.held else ([], [])
     if not used:
         return None, lines
-    try:
-        compared = compare({"before": before, "after": after}, used, force_from=case.force_from)
-    except InputError as error:
-        return None, [*lines, str(error)]
-    return compared_as_dict(compared), lines
+    return compared_as_dict(compare({"before": before, "after": after}, used, force_from=case.force_from)), lines
+
+
+def _by_name(error: InputError, windows: Sequence[Window], flights: str | Path) -> str:
+    # The line is published: where the flights lay on one machine says nothing to others.
+    line = str(error)
+    for window in windows:
+        line = line.replace(str(flight_path(flights, window)), window.name)
+    return line
