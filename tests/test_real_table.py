@@ -70,6 +70,9 @@ def test_every_case_names_effects_codes_and_a_model_that_exist():
         assert load_model(CONFIG / case.model).vehicle.mass > 0
         assert {*case.never, *(n for group in case.must for n in group)} <= set(catalogue()), case.name
         known(case.accept)
+        for key in case.numbers:
+            name, parameter = key.split(".")[:2]
+            assert parameter in {p.name for p in catalogue()[name].parameters}, key
         assert case.must or case.never, case.name
 
 
@@ -202,6 +205,18 @@ def test_a_name_that_would_be_wrong_is_held_against_the_answer(tmp_path):
     hedged = [effect("suspended_load", "Plausible")]
     assert judged(case, hedged) == ["nothing wrong named"]
     assert right(case, hedged)
+
+
+def test_known_numbers_stand_beside_those_that_were_found(tmp_path):
+    case = read_cases(cases(tmp_path, numbers={"linear_drag.d.1": 0.2, "rotor_lag.extra_time_constant": 0.1})).get(
+        "quad"
+    )
+    lag = {"parameters": {"extra_time_constant": 0.09}}
+    found = [effect("linear_drag", "Supported"), effect("rotor_lag", "Plausible", **lag)]
+    assert judged(case, found) == [
+        "linear_drag found", "d 0.25 for 0.2 (+25%)", "extra_time_constant 0.09 for 0.1 (-10%)"
+    ]  # fmt: skip
+    assert judged(case, [effect("linear_drag", "Not needed")]) == ["linear_drag missed"]
 
 
 def test_numbers_that_there_are_none_of_are_written_as_dashes(tmp_path):

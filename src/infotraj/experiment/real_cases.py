@@ -54,6 +54,9 @@ class RealCase(_Strict):
     accept: tuple[str, ...] = Field((), description="findings of `check` that are overruled, for a reason in `known`")
     known: str = Field(description="what is known of the vehicle without this tool")
     must: tuple[tuple[str, ...], ...] = Field((), description="groups of names: of each, one has to be supported")
+    numbers: dict[str, float] = Field(
+        {}, description="known numbers: effect.parameter, of a vector effect.parameter.place"
+    )
     never: tuple[str, ...] = Field((), description="names that would be wrong")
     cannot: str = Field("", description="what these logs cannot answer, and why")
 

@@ -86,6 +86,12 @@ def judged(case: RealCase, effects: Sequence[dict[str, Any]]) -> list[str]:
             sentences.append(f"{best} Plausible only")
         else:
             sentences.append(f"{' or '.join(wanted)} missed")
+    by_name = {e["name"]: e for e in effects if e["verdict"] in NAMED}
+    for key, value in case.numbers.items():
+        name, parameter, *place = key.split(".")
+        if name in by_name:
+            found = np.atleast_1d(by_name[name]["parameters"][parameter])[int(place[0]) if place else 0]
+            sentences.append(f"{parameter} {_digits(found)} for {value:g} ({found / value - 1:+.0%})")
     sentences += [f"{name} wrongly named" for name in case.never if verdicts.get(name) in FOUND]
     return sentences or (["nothing wrong named"] if case.never else [])
 
