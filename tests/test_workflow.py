@@ -132,6 +132,19 @@ def test_their_absence_is_said_in_a_line_that_tells_how_to_get_them(project):
     assert "infotraj data get nanobench" in lines[0]
 
 
+def test_a_case_of_real_flights_is_skipped_where_its_own_logs_are_not(project, tmp_path):
+    logs = tmp_path / "data" / "crazyswarm2" / "logs"
+    logs.mkdir(parents=True)
+    for name in ("log182", "log183", "log184"):
+        (logs / name).touch()
+    here = {"INFOTRAJ_DATA": str(tmp_path / "data")}
+    assert planned(project, "real_table", **here) == {"real_case_flights": 1, "real_case": 1, "real_table": 1}
+    said = snakemake(project, "-n", "real_table", **here).stderr
+    assert "Skipped: nanobench: data set nanobench is not here" in said
+    assert "Skipped: crazyswarm2_free: data set crazyswarm2 holds no logs/log160" in said
+    assert "Skipped: crazyswarm2_loaded_slow" not in said
+
+
 @pytest.mark.parametrize(
     ("content", "says"),
     [
