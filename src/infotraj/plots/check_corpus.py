@@ -59,4 +59,4 @@ def _points(panel: Axes, shares: list[Mapping[str, Any]], shift: float, **look: 
         [x - 100.0 * shares[k]["low"] for x, k in zip(at, rows, strict=True)],
         [100.0 * shares[k]["high"] - x for x, k in zip(at, rows, strict=True)],
     ]
-    panel.errorbar(at, [k + shift for k in rows], xerr=around, ls="none", ms=3.5, lw=0.8, **look)
+    panel.errorbar(at, [k + shift for k in rows], xerr=around, ls="none", ms=3.5, lw=0.8, clip_on=False, **look)
