@@ -14,6 +14,7 @@ from infotraj.errors import UsageError
 from infotraj.experiment import hidden_circumstances, hidden_scoring, hidden_tables
 from infotraj.experiment.hidden_cases import Batch, Case, batches
 from infotraj.experiment.hidden_config import load_study, read_study
+from infotraj.experiment.hidden_file_errors import told_in_file
 from infotraj.experiment.hidden_flying import fly_batch
 from infotraj.experiment.hidden_once import chosen, once
 from infotraj.experiment.hidden_summary import report
@@ -136,11 +137,12 @@ def test_how_much_a_group_may_miss_is_measured_by_what_the_truth_takes_away(nomi
     assert hidden_scoring._allowed(nominal, oracle, rough) == pytest.approx(allowed)
 
 
-def scored(groups, instances, file="wrong", log="clean", stood=(), effects=0):
+def scored(groups, instances, file="wrong", log="clean", stood=(), effects=0, told=()):
     """The score of an answer with these groups about a file of 0.76 kg where 0.8 is true."""
     true = load_vehicle("config/vehicles/quadrotor.yaml")
     rows = {n: {"parameters": v[0], "instances": v if len(v) > 1 else []} for n, v in instances.items()}
     score = {"groups": groups, "log": log, "stood": {n: [n] for n in stood}, "sought": effects, "used": []}
+    score["told_in_file"] = list(told)
     score["used"] = [k for k, g in enumerate(groups) if g[0] in stood]
     score["invented"] = [g[0] for k, g in enumerate(groups) if k not in score["used"]]
     score["invented"] += [g[0] + hidden_scoring.AGAIN for g in groups for _ in instances[g[0]][1:]]
@@ -169,6 +171,51 @@ def test_a_second_rotor_is_invented_unless_the_file_is_wrong_about_it():
     found = scored([["rotor_effectiveness"]], two, stood=("rotor_effectiveness",), effects=1)
     assert found["invented"] == ["rotor_effectiveness, another"]
     assert not found["right"]
+
+
+QUADROTOR = load_vehicle("config/vehicles/quadrotor.yaml")
+HEAVIER = QUADROTOR.model_copy(update={"mass": QUADROTOR.mass - 0.04})  # 0.04 kg are missing in this file
+WEAK, LATE = {"rotor": 2, "factor": 0.8}, {"extra_time_constant": 0.03}
+
+
+def stated(name, declared, by):
+    return {"name": name, "declared": declared, "value": declared + by, "standard_error": 0.01, "ordinary": False}
+
+
+@pytest.mark.parametrize(
+    ("name", "hidden", "section", "told"),
+    [
+        ("mass_offset", {"dm": 0.06}, [stated("mass", 0.8, 0.1)], True),  # the file's 0.04 kg with it
+        ("mass_offset", {"dm": 0.06}, [stated("mass", 0.8, 0.068)], True),
+        ("mass_offset", {"dm": 0.06}, [stated("mass", 0.8, 0.06)], False),
+        ("mass_offset", {"dm": 0.06}, [stated("inertia.xx", 0.01, 0.1)], False),
+        ("mass_offset", {"dm": 0.06}, [], False),
+        ("com_offset", {"r": [0.01, 0.0, 0.0]}, [stated("center_of_mass.x", 0.0, 0.009)], True),
+        ("com_offset", {"r": [0.01, 0.0, 0.0]}, [stated("center_of_mass.y", 0.0, 0.01)], False),
+        ("com_offset", {"r": [0.01, 0.01, 0.0]}, [stated("center_of_mass.x", 0.0, 0.01)], False),  # half is missing
+        ("inertia_error", {"dxx": 2e-3, "dyy": 0.0, "dzz": 0.0}, [stated("inertia.xx", 0.005, 2.4e-3)], True),
+        ("inertia_error", {"dxx": 2e-3, "dyy": 0.0, "dzz": 0.0}, [stated("inertia.zz", 0.005, 2e-3)], False),
+        ("rotor_effectiveness", WEAK, [stated("rotor_2.thrust_coefficient", 2e-6, -4e-7)], True),
+        ("rotor_effectiveness", WEAK, [stated("rotor_2.thrust, factor", 1.0, -0.2)], True),
+        ("rotor_effectiveness", WEAK, [stated("rotor_1.thrust_coefficient", 2e-6, -4e-7)], False),
+        ("moment_scale", {"factor": 1.3}, [stated("moment_constant of all rotors, factor", 1.0, 0.25)], True),
+        ("moment_scale", {"factor": 1.3}, [stated(f"rotor_{k}.moment_constant", 0.02, 0.005) for k in range(4)], True),
+        ("moment_scale", {"factor": 1.3}, [stated("rotor_0.moment_constant", 0.02, 0.006)], False),
+        ("rotor_lag", LATE, [stated("time_constant of the rotors, more by", 0.0, 0.028)], True),
+        ("rotor_lag", LATE, [stated("time_constant of the tilts, more by", 0.0, 0.03)], False),
+        ("linear_drag", {"d": [0.1, 0.1, 0.1]}, [stated("mass", 0.8, 0.1)], False),
+    ],
+)  # fmt: skip
+def test_a_hidden_number_of_a_wrong_file_may_be_told_in_the_section_on_the_file(name, hidden, section, told):
+    assert told_in_file(name, hidden, section, HEAVIER, QUADROTOR) is told
+    assert not told_in_file(name, hidden, section, QUADROTOR, QUADROTOR)
+
+
+def test_what_the_section_on_the_file_tells_is_not_lost():
+    said = {"linear_drag": [{"d": [0.1, 0.1, 0.1]}]}
+    kept = scored([["linear_drag"]], said, stood=("linear_drag",), effects=2, told=("mass_offset",))
+    lost = scored([["linear_drag"]], said, stood=("linear_drag",), effects=2)
+    assert (kept["right"], lost["right"]) == (True, False)
 
 
 def row(kind, **more):
@@ -212,11 +259,14 @@ def test_each_circumstance_is_counted_apart(tmp_path):
         row("nothing", file="3%", answered=False),
         row("nothing", log="autopilot", log_errors=["time_offset"]),
         row("single", named={"linear_drag": ["linear_drag"]}, parameters=numbers(1.05, 1.5)),
+        row("single", file="3%", hidden=["mass_offset"], told_in_file=["mass_offset"]),
         row("single", clutter=True, named={"linear_drag": ["linear_drag"]}, parameters=numbers(1.1)),
         row("pair", gusts=True, named={"linear_drag": ["linear_drag"], "rotor_lag": ["rotor_lag", "time_offset"]}),
     )
     assert cell(table, "file 3%", "false alarms") == (1, 2)
     assert cell(table, "file 3%", "file errors named as effects") == (1, 2)
+    assert cell(table, "file 3%", "told in the section on the file") == (1, 1)
+    assert "told in the section on the file" not in set(table[table["circumstance"] == "clean"]["what"])
     assert cell(table, "clean", "false alarms") == (0, 1)
     assert cell(table, "log autopilot", "log errors named as effects") == (1, 1)
     assert cell(table, "clean", "numbers in their 95 % interval") == (1, 2)

@@ -56,7 +56,8 @@ def _counts(runs: pd.DataFrame, parameters: pd.DataFrame) -> Iterator[tuple[str,
     several = runs[runs["kind"].isin(["pair", "triple"])]
     nothing = runs[(runs["kind"] == "nothing") & runs["answered"]]
     listed = pd.concat([single, several])
-    hidden = int(sum(len(names.split("+")) for names in listed["hidden"] if names))
+    hidden = _named(listed["hidden"])
+    wrong = listed[listed["file"] != PLAIN["file"]]
     inside = (parameters["estimate"] - parameters["true"]).abs() <= COVERED * parameters["standard_error"]
     found = [
         ("singles right", int(single["right"].sum()), len(single)),
@@ -66,9 +67,15 @@ def _counts(runs: pd.DataFrame, parameters: pd.DataFrame) -> Iterator[tuple[str,
         ("log errors named as effects", int((nothing["log_errors"] != "").sum()), len(nothing)),
         ("named alone", int(listed["alone"].sum()), hidden),
         ("named in a group", int(listed["in_group"].sum()), hidden),
+        ("told in the section on the file", _named(wrong["told_in_file"]), _named(wrong["hidden"])),
         ("numbers in their 95 % interval", int(inside.sum()), len(inside)),
     ]
     yield from (row for row in found if row[2])
+
+
+def _named(joined: pd.Series) -> int:
+    """How many names a column of names joined by + holds."""
+    return sum(len(names.split("+")) for names in joined if names)
 
 
 def false_alarm_curve(table: pd.DataFrame) -> pd.DataFrame:

@@ -1,12 +1,13 @@
 """What a wrong vehicle file makes of an answer: which names state its errors, which numbers are true beside it.
 
 The scorer alone uses it. An effect named for what the file has wrong is no invention if it takes at least half of that
-error away; under any other name it is one.
+error away; under any other name it is one. A hidden effect that is itself a number of a wrong file may be told in the
+answer's section on the file instead of by its name: the file's own error and it are one error to whoever has that file.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
 HALF = 0.5  # of an error: what a statement of it may leave
+THIRD = 1 / 3  # of an error: what its statement in the answer's section on the file may leave
 Values = Mapping[str, Any]
 
 
@@ -97,6 +99,43 @@ def beside_the_file(name: str, hidden: Values, file: Vehicle, true: Vehicle) -> 
                 out[key] = np.add(hidden[key], value).tolist()
         break
     return out
+
+
+_AXES = ("x", "y", "z")
+_IN_THE_SECTION: dict[str, dict[str, tuple[str, ...]]] = {  # by effect and parameter, one name a number
+    "mass_offset": {"dm": ("mass",)},
+    "inertia_error": {f"d{a}{a}": (f"inertia.{a}{a}",) for a in _AXES},
+    "com_offset": {"r": tuple(f"center_of_mass.{a}" for a in _AXES)},
+    "rotor_effectiveness": {"factor": ("rotor_{rotor}.thrust_coefficient",)},
+    "moment_scale": {"factor": ("moment_constant of all rotors, factor",)},
+    "rotor_lag": {"extra_time_constant": ("time_constant of the rotors, more by",)},
+    "servo_lag": {"extra_time_constant": ("time_constant of the tilts, more by",)},
+}
+
+
+def told_in_file(name: str, hidden: Values, section: Sequence[Mapping[str, Any]], file: Vehicle, true: Vehicle) -> bool:
+    """Whether the answer's section on the file says a hidden effect and the file's own error together, to a third.
+
+    section: rows with name, declared and value; what has no row is taken to be as declared. False where the file is
+    right, or the effect is none of its numbers.
+    """
+    names = _IN_THE_SECTION.get(name)
+    if file == true or names is None:
+        return False
+    rows = {row["name"].replace(".thrust, factor", ".thrust_coefficient"): row for row in section}
+    place = int(hidden.get("rotor", 0))
+
+    def said(key: str, number: str) -> float:
+        row = rows.get(number.format(rotor=place), {"declared": 1.0, "value": 1.0})
+        return row["value"] / row["declared"] if key == "factor" else row["value"] - row["declared"]
+
+    told = {key: np.squeeze([said(key, n) for n in numbers]) for key, numbers in names.items() if key in hidden}
+    if name == "moment_scale":  # of all rotors, and of each beside
+        each = [r["value"] / r["declared"] - 1.0 for n, r in rows.items() if n.endswith(".moment_constant")]
+        told["factor"] = told["factor"] + sum(each) / len(file.rotors)
+    total = beside_the_file(name, hidden, file, true)
+    off, stated = (_changes(name, {k: values[k] for k in told}, file) for values in (total, told))
+    return bool(np.linalg.norm(off) > 0 and np.linalg.norm(stated - off) <= THIRD * np.linalg.norm(off))
 
 
 def cancelled(name: str, hidden: Values, file: Vehicle, true: Vehicle) -> bool:

@@ -7,7 +7,8 @@ are fitted in the same way) it takes the true parameters where they do better th
 than 5 % of what the true effect takes away, or of the floor; from a rough log a quarter of what it takes away.
 
 Where the file is wrong, effects that state the file's errors are counted apart (`hidden_file_errors`), and so are those
-that state what a rough log does (`hidden_logs`). The truth of a number is then what it must be beside that file.
+that state what a rough log does (`hidden_logs`). The truth of a number is then what it must be beside that file. A
+hidden effect that is a number of the file counts as told, apart, where the answer's section on the file says it.
 """
 
 from __future__ import annotations
@@ -25,7 +26,13 @@ from infotraj.diagnosis.adding import add
 from infotraj.effects import effect_class
 from infotraj.errors import InfotrajError
 from infotraj.experiment.hidden_error import HeldOut
-from infotraj.experiment.hidden_file_errors import beside_the_file, cancelled, excused, states_the_file
+from infotraj.experiment.hidden_file_errors import (
+    beside_the_file,
+    cancelled,
+    excused,
+    states_the_file,
+    told_in_file,
+)
 from infotraj.experiment.hidden_logs import TRUE_OF_LOGS
 from infotraj.experiment.hidden_ways import score_ways
 from infotraj.flight import Flight, read_flight
@@ -102,6 +109,12 @@ def score_run(shown: Path, answer: Path, today: Path, kept: Path) -> Score:
     there = [e for e in run["effects"] if not cancelled(e["name"], e["parameters"], file, vehicle)]
     score["cancelled"] = [e["name"] for e in run["effects"] if e not in there]
     score.update(_names(there, score["groups"], rows, base, training, held, fitted, allowed))
+    section = said.get("file", [])
+    score["told_in_file"] = [
+        e["name"]
+        for e in there
+        if e["name"] not in score["stood"] and told_in_file(e["name"], e["parameters"], section, file, vehicle)
+    ]
     _excuse(score, rows, file, vehicle)
     score["today"] = score_ways(named, run["effects"], score["stood"])
     if case["kind"] in ("cannot_show", "richer", "unlisted"):
@@ -132,7 +145,8 @@ def _excuse(score: Score, rows: dict[str, Any], file: Vehicle, true: Vehicle) ->
     again = [name for name in score["invented"] if name.endswith(AGAIN)]
     score["beyond"] = [group for k, group in left if k not in numbers]
     score["invented"] = [*others, *_again(again, rows, score, file, true)]
-    score["right"] = len(score["stood"]) == score["sought"] and not score["invented"]
+    told = len(score["stood"]) + len(score["told_in_file"])
+    score["right"] = told == score["sought"] and not score["invented"]
 
 
 def _again(names: Sequence[str], rows: dict[str, Any], score: Score, file: Vehicle, true: Vehicle) -> list[str]:

@@ -15,7 +15,7 @@ NOTHING, UNEXPLAINED = "(nothing)", "(unexplained)"
 ALL = "all together"
 COVERED = 1.959964  # standard errors
 PLAIN = {"file": "exact", "log": "clean", "gusts": False}
-NAMES = ("hidden", "found", "invented", "supported", "nearest", "file_errors", "log_errors")
+NAMES = ("hidden", "found", "invented", "supported", "nearest", "file_errors", "log_errors", "told_in_file")
 ABOUT = ("case", "vehicle", "kind", "size", "clutter", "seed", "file", "log", "gusts")
 
 
