@@ -47,6 +47,14 @@ def runs(tmp_path_factory):
     return top
 
 
+@pytest.fixture(scope="module")
+def heavy(tmp_path_factory):
+    top = tmp_path_factory.mktemp("heavy")
+    case = replace(DRAG, effects=(("mass_offset", 1.0),), file="3%")
+    fly_batch(short_study(), Batch(case, (0,)), flights=top / "flights", truth=top / "truth")
+    return top
+
+
 def shown(runs, name):
     return read_flight(runs / name / "flights/run_0/flight_0.parquet")
 
@@ -216,6 +224,22 @@ def test_what_the_section_on_the_file_tells_is_not_lost():
     kept = scored([["linear_drag"]], said, stood=("linear_drag",), effects=2, told=("mass_offset",))
     lost = scored([["linear_drag"]], said, stood=("linear_drag",), effects=2)
     assert (kept["right"], lost["right"]) == (True, False)
+
+
+@pytest.mark.parametrize(("share", "told"), [(1.0, ["mass_offset"]), (0.5, [])])
+def test_a_flown_run_with_a_wrong_file_is_scored_by_what_the_section_tells(tmp_path, heavy, share, told):
+    file, true = (load_vehicle(heavy / f"{k}/run_0/vehicle.yaml") for k in ("flights", "truth"))
+    hidden = yaml.safe_load((heavy / "truth/run_0/run.yaml").read_text())["effects"][0]["parameters"]["dm"]
+    section = [stated("mass", file.mass, share * (true.mass + hidden - file.mass))]
+    said = {"verdict": {"supported": [], "unexplained": False}, "effects": [], "file": section}
+    (tmp_path / "answers/run_0").mkdir(parents=True)
+    (tmp_path / "answers/run_0/answer.json").write_text(json.dumps(said))
+    (tmp_path / "named").mkdir()
+    (tmp_path / "named/run_0.json").write_text("{}")
+    places = {"flights": heavy / "flights", "answers": tmp_path / "answers", "named": tmp_path / "named"}
+    hidden_scoring.score_batch(**places, truth=heavy / "truth", scores=tmp_path / "scores.json")
+    (score,) = json.loads((tmp_path / "scores.json").read_text())
+    assert (score["told_in_file"], score["found"], score["right"]) == (told, [], bool(told))
 
 
 def row(kind, **more):
