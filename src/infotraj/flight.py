@@ -130,7 +130,8 @@ def read_flight(path: str | Path) -> Flight:
         if path.suffix == ".parquet":
             arrow = pq.read_table(path)
             meta = json.loads((arrow.schema.metadata or {}).get(_META_KEY, b"{}"))
-            table = arrow.to_pandas()
+            # The columns say all: what pandas wrote beside them may be damaged, and is not needed.
+            table = arrow.replace_schema_metadata(None).to_pandas()
         elif path.suffix == ".csv":
             table = pd.read_csv(path)
             meta = yaml.safe_load(_meta_path(path).read_text()) if _meta_path(path).is_file() else {}

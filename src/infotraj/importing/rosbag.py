@@ -272,7 +272,8 @@ def _resolves(store: Any, type_name: str, name: str) -> bool:
 
     current: tuple[Any, Any] = (Nodetype.NAME, type_name)
     for part, index in _parts(name):
-        if current[0] != Nodetype.NAME:
+        # A damaged definition may name a type that the file does not define.
+        if current[0] != Nodetype.NAME or current[1] not in store.fielddefs:
             return False
         fields = dict(store.fielddefs[current[1]][1])
         if part not in fields:

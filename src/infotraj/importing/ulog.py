@@ -107,14 +107,24 @@ def _starred(data: dict[str, Any], name: str) -> Array:
 
 
 class _Watched(io.BufferedReader):
-    """A file that remembers whether a read came back short: pyulog stops there without a word."""
+    """A file that remembers whether a read came back short: pyulog stops there without a word.
+
+    It steps back by what it asked for, not by what it got: from where a short read left off it would go back to bytes
+    that it has read, for ever. So a step counts from where the file would be were it long enough.
+    """
 
     def __init__(self, path: Path) -> None:
         super().__init__(io.FileIO(path), buffer_size=1 << 20)
         self.short = False
+        self._missing = 0
+
+    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
+        beyond, self._missing = self._missing, 0
+        return super().seek(offset + beyond if whence == io.SEEK_CUR else offset, whence)
 
     def read(self, size: int | None = -1) -> bytes:
         data = super().read(size)
+        self._missing = max(0, (size or 0) - len(data))
         if (size is not None and size > 0 and 0 < len(data) < size) or (size and size > 3 and not data):
             self.short = True
         return data
