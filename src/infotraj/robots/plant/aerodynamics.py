@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 from infotraj.robots.plant import blade_elements, rotor_moments, thrust_changes
+from infotraj.robots.plant.rotor_air import rotor_air
 from infotraj.robots.plant.truth import Blades, Truth
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
@@ -216,10 +217,7 @@ def thrusts(rotors, air, square, velocity, rate, position, direction, loss, thru
     k, lift = air[0].axial_inflow, air[0].translational_lift
     for i in range(rotors.shape[0]):
         p, d = position[i], direction[i]
-        vx = velocity[0] + rate[1] * p[2] - rate[2] * p[1]
-        vy = velocity[1] + rate[2] * p[0] - rate[0] * p[2]
-        vz = velocity[2] + rate[0] * p[1] - rate[1] * p[0]
-        along = vx * d[0] + vy * d[1] + vz * d[2]
+        vx, vy, vz, along = rotor_air(velocity, rate, p, d)
         own = thrust[i] * (1.0 - loss[i]) * rotors[i].factor - k * np.sqrt(square[i]) * along
         thrust[i] = max(own + lift * (vx * vx + vy * vy + vz * vz - along * along), 0.0)
 
@@ -243,10 +241,7 @@ def drag(rotors, air, square, velocity, rate, position, direction, wrench):
         return
     for i in range(rotors.shape[0]):
         p, d = position[i], direction[i]
-        vx = velocity[0] + rate[1] * p[2] - rate[2] * p[1]
-        vy = velocity[1] + rate[2] * p[0] - rate[0] * p[2]
-        vz = velocity[2] + rate[0] * p[1] - rate[1] * p[0]
-        along = vx * d[0] + vy * d[1] + vz * d[2]
+        vx, vy, vz, along = rotor_air(velocity, rate, p, d)
         k = -a.rotor_drag * np.sqrt(square[i])
         fx, fy, fz = k * (vx - along * d[0]), k * (vy - along * d[1]), k * (vz - along * d[2])
         wrench[0] += fx

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from infotraj.robots.plant.rotor_air import rotor_air
+
 
 @njit(cache=True, error_model="numpy")
 def gyroscopic(rotors, axes, slope, command, square, rate, direction, wrench):
@@ -47,10 +49,7 @@ def flapping(rotors, air, thrust, velocity, rate, position, direction, wrench):
     e = air[0].hub_stiffness
     for i in range(rotors.shape[0]):
         p, d = position[i], direction[i]
-        vx = velocity[0] + rate[1] * p[2] - rate[2] * p[1]
-        vy = velocity[1] + rate[2] * p[0] - rate[0] * p[2]
-        vz = velocity[2] + rate[0] * p[1] - rate[1] * p[0]
-        along = vx * d[0] + vy * d[1] + vz * d[2]
+        vx, vy, vz, along = rotor_air(velocity, rate, p, d)
         k = c * thrust[i]
         ax, ay, az = k * (vx - along * d[0]), k * (vy - along * d[1]), k * (vz - along * d[2])
         wrench[0] -= ax
@@ -69,10 +68,7 @@ def rolling(rotors, air, square, velocity, rate, position, direction, wrench):
         return
     for i in range(rotors.shape[0]):
         p, d = position[i], direction[i]
-        vx = velocity[0] + rate[1] * p[2] - rate[2] * p[1]
-        vy = velocity[1] + rate[2] * p[0] - rate[0] * p[2]
-        vz = velocity[2] + rate[0] * p[1] - rate[1] * p[0]
-        along = vx * d[0] + vy * d[1] + vz * d[2]
+        vx, vy, vz, along = rotor_air(velocity, rate, p, d)
         size = -k * rotors[i].spin * np.sqrt(square[i])
         wrench[3] += size * (vx - along * d[0])
         wrench[4] += size * (vy - along * d[1])
