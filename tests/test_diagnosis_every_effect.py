@@ -123,3 +123,34 @@ def test_two_effects_that_shift_in_time_are_named_together():
         (value,) = true[name].values()
         (fitted,) = found.finding(name).parameters.values()
         assert fitted == pytest.approx(value, abs=0.002)
+
+
+@pytest.mark.parametrize(
+    "true",
+    [
+        {"linear_drag": {"d": [0.1, 0.12, 0.15]}, "pressure_centre": {"r": [0.02, -0.015, 0.03]}},
+        {"quadratic_drag": {"d": [0.08, 0.1, 0.05]}, "wind": {"v": [3.0, -2.0, 0.5]}},
+    ],
+    ids=lambda true: "+".join(true),
+)
+def test_what_acts_beside_another_effect_is_named_with_it(true):
+    found = diagnose(Model(load_vehicle(VEHICLES / "quadrotor.yaml")), flights("quadrotor", true))
+    assert sorted(found.supported) == sorted(true)
+    for name, values in true.items():
+        for parameter, value in values.items():
+            slack = 0.05 * np.max(np.abs(value))
+            np.testing.assert_allclose(found.finding(name).parameters[parameter], value, rtol=0.05, atol=slack)
+
+
+def test_what_acts_beside_another_effect_is_not_asked_for_without_it():
+    found = diagnose(Model(load_vehicle(VEHICLES / "quadrotor.yaml")), flights("quadrotor", {}))
+    for name in ("wind", "pressure_centre"):
+        assert found.finding(name).verdict == "Not testable here"
+        assert "acts beside" in found.finding(name).reason
+
+
+def test_a_lag_of_the_sensors_is_named_with_its_time_constant():
+    true = {"sensor_lag": {"time_constant": 0.008}}
+    found = diagnose(Model(load_vehicle(VEHICLES / "quadrotor.yaml")), flights("quadrotor", true))
+    assert "sensor_lag" in {n for s in found.supported for n in found.finding(s).group}
+    assert found.finding("sensor_lag").parameters["time_constant"] == pytest.approx(0.008, abs=0.001)

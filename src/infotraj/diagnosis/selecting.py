@@ -97,14 +97,20 @@ def run(search: Search, held: Sequence[Member]) -> Fit:
 
 def _moved_to(search: Search, before: Sequence[Member], after: tuple[Member, ...]) -> tuple[Member, ...]:
     """`after`, with all candidates linearised anew around it where what they do has another shape there."""
-    if _reshaping(after) != _reshaping(before):
+    reshaping = {name for c in search.known for name in c.cls.beside}
+    if _reshaping(after, reshaping) != _reshaping(before, reshaping):
         search.rebased(search.fitted(after).members)
     return after
 
 
-def _reshaping(members: Sequence[Member]) -> frozenset[str]:
-    """Labels of members that change the shape of what other effects do: lags, delays, limits, shifts of time."""
-    return frozenset(m.candidate.label for m in members if m.candidate.cls.place in ("actuators", "measurement"))
+def _reshaping(members: Sequence[Member], others: AbstractSet[str]) -> frozenset[str]:
+    """Labels of members that change the shape of what other effects do: lags, delays, limits, shifts of time.
+
+    others: names of what must be there for another effect to do anything, drag for the wind.
+    """
+    places = ("actuators", "measurement")
+    found = [m.candidate for m in members if m.candidate.cls.place in places or m.candidate.name in others]
+    return frozenset(c.label for c in found)
 
 
 def _labels(members: Sequence[Member]) -> frozenset[str]:

@@ -296,6 +296,11 @@ class Judge:
         plain_gram = sums.plain.gram / np.maximum(none.plain(sums.plain), 1e-300)[:, None, None]
         rises = [sums.gram.sum(axis=1) / windows[:, None, None], plain_gram]
         usual = max(_usual_rise(gram, found, i) for gram in rises for i in mine)
+        beside = next(c.cls.beside for c in search.known if c.name == name)
+        if usual < search.matters and beside and not {m.candidate.name for m in self.whole.members} & {*beside}:
+            return verdict(
+                "Not testable here", f"it acts beside {' or '.join(beside)} only, and none of them is missing"
+            )
         if usual < search.matters:
             acts = self._acts_on_refused(mine)
             where = f" on the axes that can be judged (not {', '.join(acts)})" if acts else ""
