@@ -6,22 +6,17 @@ from dataclasses import dataclass, field
 from fnmatch import fnmatch
 from pathlib import Path
 
-import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field
 
 from infotraj.checking import load
 from infotraj.datasets.location import find_dataset
-from infotraj.errors import UsageError, problem
 from infotraj.experiment.corpus import Log, Right
+from infotraj.experiment.strict_yaml import Strict, read_yaml
 from infotraj.flight import sha256
-from infotraj.vehicle import load_vehicle, validation_line
+from infotraj.vehicle import load_vehicle
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
-
-
-class RightFinding(_Strict):
+class RightFinding(Strict):
     """Findings that are right in some files of a data set."""
 
     files: str = Field(description="a pattern of file names without their ending")
@@ -30,7 +25,7 @@ class RightFinding(_Strict):
     why: str
 
 
-class RealSource(_Strict):
+class RealSource(Strict):
     """One data set of real flights."""
 
     name: str
@@ -42,7 +37,7 @@ class RealSource(_Strict):
     right: tuple[RightFinding, ...] = ()
 
 
-class RealSources(_Strict):
+class RealSources(Strict):
     """All of them."""
 
     sources: tuple[RealSource, ...]
@@ -78,12 +73,7 @@ class RealRecipe:
 
 def read_sources(path: str | Path) -> RealSources:
     """The file of sources (YAML). UsageError, one line, where it cannot be used."""
-    try:
-        return RealSources.model_validate(yaml.safe_load(Path(path).read_text()))
-    except ValidationError as error:
-        raise UsageError(f"{path}: {validation_line(error)}") from error
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise UsageError(problem(f"{path}: cannot be read ({error})", "a YAML file", "Check the path.")) from error
+    return read_yaml(RealSources, path)
 
 
 def real_recipes(path: str | Path, data_dir: str | None = None) -> tuple[list[RealRecipe], list[str]]:

@@ -7,20 +7,15 @@ from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any
 
-import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from infotraj.comparing.equation_error import ForceFrom
 from infotraj.datasets.location import find_dataset
 from infotraj.errors import InputError, UsageError, problem
-from infotraj.vehicle import validation_line
+from infotraj.experiment.strict_yaml import Strict, read_yaml
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
-
-
-class Window(_Strict):
+class Window(Strict):
     """One log, and the part of it that is used."""
 
     file: str = Field(description="path inside the data set's folder; #2: the second log of a file with several")
@@ -41,7 +36,7 @@ class Window(_Strict):
         return stem if self.start is None else f"{stem}_from_{self.start:g}"
 
 
-class RealCase(_Strict):
+class RealCase(Strict):
     """Flights of one vehicle as it was on one day, and what is known of it."""
 
     name: str = Field(pattern="^[a-z0-9_]+$")
@@ -75,7 +70,7 @@ class RealCase(_Strict):
         return self
 
 
-class RealCases(_Strict):
+class RealCases(Strict):
     """All of them."""
 
     cases: tuple[RealCase, ...] = Field(min_length=1)
@@ -106,12 +101,7 @@ class RealCases(_Strict):
 
 def read_cases(path: str | Path) -> RealCases:
     """The file of cases (YAML). UsageError, one line, where it cannot be used."""
-    try:
-        return RealCases.model_validate(yaml.safe_load(Path(path).read_text()))
-    except ValidationError as error:
-        raise UsageError(f"{path}: {validation_line(error)}") from error
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise UsageError(problem(f"{path}: cannot be read ({error})", "a YAML file", "Check the path.")) from error
+    return read_yaml(RealCases, path)
 
 
 def missing(case: RealCase, data_dir: str | Path | None = None) -> str:
