@@ -44,8 +44,9 @@ def between_rows(flights: Sequence[Flight], vehicle: Vehicle, count: int) -> lis
 
 def likeliest_steps(observation: Observation, members: Sequence[Member], absent: Sequence[Candidate]) -> int:
     """How many steps commands made between two rows, if they did not hold: by what the richest model leaves."""
-    # A filter in the sensors looks like commands that came late: how they ran could not be told beside it.
-    base = sensitivities(observation, members, [c for c in absent if c.name != "sensor_lag"])
+    # A filter in the sensors, or wind beside a drag, looks like commands that came late: beside them nothing is told.
+    told = [c for c in absent if c.name != "sensor_lag" and not c.cls.beside]
+    base = sensitivities(observation, members, told)
     observation = started(observation.without_axes(silent_axes(observation.samples, base.joint).keys()), base.joint)
     model = observation.model(members)
     left = []
