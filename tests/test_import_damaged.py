@@ -65,3 +65,12 @@ def test_what_pandas_wrote_beside_a_table_need_not_be_whole(tmp_path):
     }
     pq.write_table(arrow.replace_schema_metadata(damaged), tmp_path / "a.parquet")
     pd.testing.assert_frame_equal(read_flight(tmp_path / "a.parquet").table, table)
+
+
+def test_a_time_that_is_a_signalling_nan_is_one_line(tmp_path):
+    columns = {name: np.linspace(0.0, 1.0, 200) for name in ("t", "px", "py", "pz", "qw", "qx", "qy", "qz")}
+    columns["t"].view(np.uint64)[20] = 0x7FF4000000000000
+    pq.write_table(pa.table({k: pa.array(v, from_pandas=False) for k, v in columns.items()}), tmp_path / "a.parquet")
+    with pytest.raises(InputError, match="time is not a number in sample 20") as raised:
+        import_log(tmp_path / "a.parquet")
+    assert "\n" not in str(raised.value)

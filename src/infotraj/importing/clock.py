@@ -53,7 +53,8 @@ def ticks(samples: Samples, declared: TimeMap) -> Ticks:
             if np.issubdtype(raw.dtype, np.integer):
                 whole = {"s": 1_000_000_000, "ms": 1_000_000, "us": 1_000, "ns": 1}[declared.unit]
                 return Ticks(raw * (1 if name.endswith(".stamp") else whole), name, samples.record)
-            return Ticks(raw * UNITS["time"][declared.unit][0], name, samples.record)
+            with np.errstate(invalid="ignore"):  # a damaged number may be a signalling NaN
+                return Ticks(raw * UNITS["time"][declared.unit][0], name, samples.record)
     if samples.record is not None:
         return Ticks(samples.record, "record", samples.record)
     name = declared.fields[0]
