@@ -12,10 +12,10 @@ from click.testing import CliRunner
 from exact_simulation import fly
 
 from infotraj.diagnosis.adding import add
+from infotraj.diagnosis.bounds import beyond_bounds
 from infotraj.diagnosis.command import add_command, diagnose_command
-from infotraj.diagnosis.diagnosis import _not_at_a_bound, diagnose
-from infotraj.diagnosis.fitting import beyond_bounds
-from infotraj.diagnosis.verdicts import CONFIDENT, Finding
+from infotraj.diagnosis.diagnosis import diagnose
+from infotraj.diagnosis.verdicts import CONFIDENT
 from infotraj.flight import Flight
 from infotraj.models import Model
 from infotraj.models.file import read_model
@@ -54,20 +54,6 @@ def test_nothing_at_its_bound_is_supported(stormy, heavy):
         }
         assert found.finding(name).verdict in ("Plausible", "Not needed")
         assert found.unexplained.found or "bound" in found.finding(name).reason
-
-
-def test_what_reaches_its_bound_only_in_the_given_model_is_taken_back_with_its_group():
-    of = {"evidence": None, "parameters": {}, "standard_errors": {}}
-    given = (
-        Finding("inertia_error", "Supported", ("inertia_error",), **of),
-        Finding("mass_offset", "Not separable", ("mass_offset", "thrust_scale"), **of),
-        Finding("thrust_scale", "Not separable", ("mass_offset", "thrust_scale"), **of),
-        Finding("linear_drag", "Supported", ("linear_drag",), **of),
-    )
-    ended = {"inertia_error": "the fit ends at the physical bound of dyy (0.27)", "mass_offset": "at its bound"}
-    found = {f.name: f for f in _not_at_a_bound(given, ended)}
-    assert [found[n].verdict for n in found] == ["Plausible", "Plausible", "Plausible", "Supported"]
-    assert "dyy (0.27)" in found["inertia_error"].reason
 
 
 def test_add_says_that_a_number_stopped_at_its_bound_and_marks_it_in_the_file(stormy, tmp_path):

@@ -9,7 +9,6 @@ import yaml
 from exact_simulation import fly
 
 from infotraj.diagnosis.diagnosis import diagnose
-from infotraj.diagnosis.evidence import standard_errors
 from infotraj.effects.laws import ImuLaw
 from infotraj.flight import RATE, SPECIFIC_FORCE, VELOCITY, Flight
 from infotraj.models import Model
@@ -65,13 +64,3 @@ def test_what_needs_an_imu_is_not_testable_and_says_so():
     for name in ("gyro_bias", "imu_misalignment"):
         assert found.finding(name).verdict == "Not testable here"
         assert "rates" in found.finding(name).reason
-
-
-def test_a_number_that_nothing_shows_is_as_uncertain_as_its_prior():
-    gram = np.zeros((10, 2, 2))
-    gram[:, 0, 0] = 100.0
-    right = np.zeros((10, 2))
-    right[:, 0] = np.random.default_rng(0).normal(0.0, 10.0, 10)
-    seen, unseen = standard_errors(gram, right)
-    assert 0.02 < seen < 0.06
-    assert unseen == 3.0

@@ -12,23 +12,18 @@ from infotraj.checking.acceptance import accepted_in, accepted_lines
 from infotraj.comparing.equation_error import AXES
 from infotraj.comparing.statistics import Statistics
 from infotraj.diagnosis import refusal
+from infotraj.diagnosis.bounds import beyond_bounds
 from infotraj.diagnosis.candidates import candidates
-from infotraj.diagnosis.diagnosis import held_members, observe
-from infotraj.diagnosis.driving_noise import driving_variance, weighed
-from infotraj.diagnosis.fitting import Fit, beyond_bounds, fit
-from infotraj.diagnosis.noise import estimated, started
+from infotraj.diagnosis.diagnosis import held_members
 from infotraj.diagnosis.numbers import fitted_numbers
-from infotraj.diagnosis.observation import Member, Observation
-from infotraj.diagnosis.sensitivities import sensitivities
-from infotraj.diagnosis.sharpening import sharp_fit
-from infotraj.diagnosis.sparse_commands import between_rows, fits_better, likeliest_steps, sparse
+from infotraj.diagnosis.observing import observe
+from infotraj.diagnosis.prior import file_only, is_file_number
+from infotraj.diagnosis.search import Search
 from infotraj.dynamics.inputs import for_vehicle
 from infotraj.effects import catalogue, effect_class
-from infotraj.errors import InfotrajError, InputError, UsageError, problem
+from infotraj.errors import InputError, UsageError, problem
 from infotraj.flight import Flight, command_steps
 from infotraj.models import Model
-
-_AGAIN = 2  # times that the noise is estimated anew from the fitted model
 
 
 @dataclass(frozen=True)
@@ -118,49 +113,21 @@ def add(
     twice = [c.label for c in chosen if c.label in taken]
     if twice:
         raise UsageError(problem(f"{twice[0]} is in the model already", "an effect that is not", "Drop it."))
-    observation, made = _best(observe(model, flights, start, stop), held, chosen)
-    if any(sparse(f, vehicle) for f in flights):
-        inside = {m.candidate.label for m in made.members}
-        steps = likeliest_steps(observation, made.members, [c for c in known if c.label not in inside])
-        other = between_rows(flights, vehicle, steps)
-        between = _best(observe(model, other, start, stop), held, chosen)
-        if fits_better(between, (observation, made)):
-            flights, (observation, made) = other, between
+    inside = {c.label for c in (*chosen, *(m.candidate for m in held))}
+    beside = [c for c in (*known, *file_only(vehicle, known)) if is_file_number(c) and c.label not in inside]
+    search = Search(observe(model, flights, start, stop), (*chosen, *beside), held)
+    made = search.named([c.label for c in chosen])
     new = Model(vehicle, [m.effect for m in made.members])
     return Added(
         new,
         tuple(names),
-        tuple(fitted_numbers(made, vehicle, more=driving_variance(observation, made))),
+        tuple(fitted_numbers(made)),
         refusal.errors(model, flights, start, stop),
         refusal.errors(new, flights, start, stop),
         beyond_bounds(made.members, vehicle),
         max(map(command_steps, flights)),
         tuple(accepted_in(flights)),
     )
-
-
-def _best(observation: Observation, held: Sequence[Member], chosen) -> tuple[Observation, Fit]:
-    """The best fit from every start of the effects that have several, and the observation with the noise it leaves."""
-    linear = sensitivities(observation, held, chosen)
-    observation = started(observation, linear.joint)
-    starts = [[Member(c, c.at(values)) for values in c.cls.starts(observation.vehicle, c.form)] for c in chosen]
-    members = [options[0] for options in starts]
-    best: Fit | None = None
-    for i, options in enumerate(starts):
-        for option in options if len(options) > 1 or best is None else options[:0]:
-            made = fit(observation, [*held, *members[:i], option, *members[i + 1 :]])
-            if made is not None and (best is None or made.cost < best.cost):
-                best = made
-                members = list(made.members[len(held) :])
-    if best is None:
-        raise InfotrajError(problem("the model with these effects cannot be evaluated", "a physical one", "Drop one."))
-    best = sharp_fit(observation, best)
-    for _ in range(_AGAIN):
-        # The noise of a linearised model is not that of the fitted one: an offset 200 times the noise bends by 1 %.
-        left = sensitivities(observation, best.members, [])
-        observation = estimated(weighed(observation, best.members), left.joint, rounds=1)
-        best = sharp_fit(observation, fit(observation, best.members) or best)
-    return observation, best
 
 
 def _number(name: str, value: Any, error: Any) -> str:

@@ -219,7 +219,7 @@ def history_command(model: Path, json_file: Path | None, quiet: bool) -> None:
 
 def _usable(model: Model, start: float | None, stop: float | None) -> Callable[[Flight], None]:
     """What a flight must pass beyond `check` to be diagnosed: InputError says why it cannot be."""
-    from infotraj.diagnosis.diagnosis import observe
+    from infotraj.diagnosis.observing import observe
 
     def use(flight: Flight) -> None:
         observe(model, [flight], start, stop)

@@ -9,26 +9,24 @@ from typing import Any
 
 import numpy as np
 
-from infotraj.checking.acceptance import accepted_codes, accepted_in
+from infotraj.checking.acceptance import accepted_in
 from infotraj.comparing.equation_error import AXES
 from infotraj.comparing.statistics import Statistics
-from infotraj.diagnosis import premises, refusal, selecting
-from infotraj.diagnosis import search as searching
+from infotraj.diagnosis import premises, refusal
+from infotraj.diagnosis.bounds import beyond_bounds
 from infotraj.diagnosis.candidates import Candidate, candidates
 from infotraj.diagnosis.doubt import Doubt, as_accepted, of_residual, once, refused_axes, with_mixed
-from infotraj.diagnosis.fitting import Fit, beyond_bounds
-from infotraj.diagnosis.numbers import fitted_numbers, values_of
+from infotraj.diagnosis.giving import Given, given
+from infotraj.diagnosis.numbers import FileNumber, file_numbers, fitted_numbers
 from infotraj.diagnosis.observation import Member, Observation
-from infotraj.diagnosis.residual import FlightSamples, flight_samples
-from infotraj.diagnosis.search import MATTERS, Search, spread
-from infotraj.diagnosis.sparse_commands import between_rows, fits_better, likeliest_steps, sparse
+from infotraj.diagnosis.observing import observe
+from infotraj.diagnosis.prior import file_only
+from infotraj.diagnosis.residual import FlightSamples
+from infotraj.diagnosis.search import Fit, Search
 from infotraj.diagnosis.unexplained import Unexplained, unexplained
-from infotraj.diagnosis.verdicts import CONFIDENT, Finding, Judge, widening
-from infotraj.diagnosis.whitened import blocks, noise_model
-from infotraj.diagnosis.withheld import withheld
+from infotraj.diagnosis.verdicts import CONFIDENT, MATTERS, Finding, Judge, named
 from infotraj.dynamics.inputs import for_vehicle
 from infotraj.effects import Effect, catalogue
-from infotraj.errors import InputError, problem
 from infotraj.flight import Flight, command_steps
 from infotraj.models import Model
 from infotraj.rotations import Array
@@ -42,10 +40,11 @@ class Diagnosis:
     """What was found. before, after: equation error of the model as given and with the supported effects.
 
     doubts: why axes cannot be judged, and what a reader must know; refused: those axes fx .. tz, with the reason;
-    supported: names, one for each Supported effect and each Not separable group; model: with them added; members,
-    errors_of: the fitted effects in it and their standard errors, in the model's order; at_bound: labels of those whose
-    numbers stopped at a physical bound, and how; coherence (6,): share of what was measured that goes with the model as
-    given; whole: the fit of all that the search took; final: that of `model` (of all where nothing is supported).
+    supported: names, one for each Supported effect and each Not separable group; model: with them added; errors_of: the
+    standard errors of its effects, in the model's order; file: what the vehicle file should say; at_bound: labels of
+    effects whose numbers stopped at a physical bound, and how; coherence (6,): share of what was measured that goes
+    with the model as given; whole: the fit of all that the search took; final: that of the model that is given; start,
+    stop: s, the part of every flight that was used.
     """
 
     findings: tuple[Finding, ...]
@@ -58,11 +57,18 @@ class Diagnosis:
     after: Statistics
     model: Model
     errors_of: tuple[dict[str, Any], ...]
+    file: tuple[FileNumber, ...]
     at_bound: dict[str, str]
-    samples: tuple[FlightSamples, ...]
     search: Search
     whole: Fit
     final: Fit
+    start: float | None = None
+    stop: float | None = None
+
+    @property
+    def samples(self) -> tuple[FlightSamples, ...]:
+        """The flights as they were read."""
+        return self.search.observation.samples
 
     @property
     def command_steps(self) -> int:
@@ -84,30 +90,6 @@ class Diagnosis:
         return next(f for f in self.findings if f.name == name)
 
 
-def observe(
-    model: Model, flights: Sequence[Flight], start: float | None = None, stop: float | None = None
-) -> Observation:
-    """The flights as samples with their first noise model, that of the residual as it is.
-
-    InputError where a flight has no usable sample on any channel.
-    """
-    samples = tuple(flight_samples(model, f, start, stop) for f in flights)
-    for s in samples:
-        if not any(c.name in ("force", "velocity", "rate") for c in s.channels):
-            left = ", ".join(f"{v} {k}" for k, v in s.left_out.items() if v)
-            why = "; ".join(f"{k}: {v}" for k, v in s.reasons.items())
-            raise InputError(
-                problem(
-                    f"{s.flight.meta.get('source', 'flight')}: nothing to compare ({left}; {why})",
-                    "a flight in the air with commands and measured motion",
-                    "Leave it out.",
-                )
-            )
-    noise = noise_model(samples, [s.residual(model) for s in samples])
-    step = max(premises.command_step(f, model.vehicle) for f in flights)
-    return Observation(model.vehicle, samples, noise, blocks(samples), command_step=step)
-
-
 def diagnose(
     model: Model,
     flights: Sequence[Flight],
@@ -124,7 +106,6 @@ def diagnose(
     floor, below which an effect is negligible. start, stop: s, the part of every flight to use. InputError where a
     flight cannot be used.
     """
-    rng = np.random.default_rng(seed)
     catalog = catalogue(effects_from)
     vehicle = model.vehicle
     flights = [for_vehicle(f, vehicle) for f in flights]
@@ -132,64 +113,36 @@ def diagnose(
     known, hidden = candidates(catalog, vehicle, flights)
     taken = {m.candidate.label for m in held}
     doubts = premises.doubts(model, flights, start, stop)
-
-    overruled = frozenset.intersection(*(accepted_codes(f) for f in flights))
-    trusted = of_residual(AXES) if "axis_unexplained" in overruled else frozenset()
-
-    def searched(flights: Sequence[Flight], absent: list[Candidate], rng: np.random.Generator) -> tuple[Search, Fit]:
-        observation = observe(model, flights, start, stop)
-        if absent:
-            ignored = of_residual(with_mixed(refused_axes(doubts), observation.samples))
-            observation = observation.without_axes(ignored)
-        search = searching.start_search(observation, held, absent, rng, matters, trusted)
-        return search, selecting.run(search, held) if absent else search.fitted(held)
-
-    for _ in range(_SEARCHES):
-        left_to, why_not = premises.remaining(doubts, catalog, known, hidden)
-        left_to = [c for c in left_to if c.label not in taken]
-        used, (search, whole) = flights, searched(flights, left_to, rng)
-        if left_to and any(sparse(f, vehicle) for f in flights):
-            between = between_rows(
-                flights, vehicle, likeliest_steps(observe(model, flights, start, stop), held, left_to)
-            )
-            other, found = searched(between, left_to, np.random.default_rng([seed, 1]))
-            if fits_better((other.observation, found), (search.observation, whole)):
-                used, search, whole = between, other, found
-        if not left_to:
-            break
-        doubts = once((*doubts, *as_accepted(search.silent, flights)))
+    observation = observe(model, flights, start, stop)
+    search, whole, why_not = _searched(observation, held, doubts, list(catalog), known, hidden, taken)
+    for _ in range(_SEARCHES - 1):
         # What a fitted model still does not say was no ground to fit it on: it is left out, and the rest judged anew.
-        after_all = refusal.unanswered(search.observation.model(whole.members), used, start, stop)
+        after_all = refusal.unanswered(search.observation.model(whole.members), flights, start, stop)
         late = [d for d in as_accepted(after_all, flights) if not refused_axes(doubts).keys() >= set(d.axes)]
         doubts = once((*doubts, *late))
-        if not any(d.counts for d in late):
+        if not search.known or not any(d.counts for d in late):
             break
-    flights, hidden, known = used, why_not, left_to
-    refused = with_mixed(refused_axes(doubts), search.observation.samples)
-    left = unexplained(search, whole, rng) if known else Unexplained(False, ())
-    judge = Judge(search, whole, list(catalog), left, refused, rng)
-    findings = judge.findings(hidden)
-    supported, chosen = _supported(findings, whole, search)
-    while ended := _ended(search, whole, chosen):
-        findings = _not_at_a_bound(findings, ended)
-        supported, chosen = _supported(findings, whole, search)
-    spreads = widening(left)
-    if known:
-        named = {f.name for f in findings if f.verdict in CONFIDENT}
-        labels = {m.candidate.label for m in whole.members if m.candidate.name in named} | judge.ordinary
-        left = left.beside(withheld(search, whole, labels, judge.misfits, judge.chance, refused))
-    # The model that is given is fitted as it is given: without what else the search had taken.
-    final = search.fitted([*(m for m in whole.members if m.held), *chosen]) if chosen else whole
-    labels = {m.candidate.label for m in (*held, *chosen)}
-    added = [m for m in final.members if m.candidate.label in labels] if chosen else list(held)
+        search, whole, why_not = _searched(observation, held, doubts, list(catalog), known, hidden, taken, whole)
+    refused = with_mixed(refused_axes(doubts), observation.samples)
+    one, two = np.random.default_rng([seed, 0]), np.random.default_rng([seed, 1])
+    left = unexplained(whole, matters, one) if search.known else Unexplained(False, ())
+    judge = Judge(search, whole, tuple(catalog), left, refused, matters, two)
+    findings, stand = judge.findings(why_not)
+    while True:
+        supported = named(findings)
+        made = given(search, whole, _labels(whole, supported, {n: r.label for n, r in stand.items()}))
+        demoted = _demoted(findings, made) if supported else None
+        if demoted is None:
+            break
+        findings = demoted
+    final, findings = made.fit, _with_held_back(findings, made)
+    chosen = [m for m in final.members if not m.held and m.candidate.name in supported]
+    added = [*(m for m in final.members if m.held), *chosen] if chosen else list(held)
     after_model = Model(vehicle, [m.effect for m in added]) if chosen else model
     before = refusal.errors(model, flights, start, stop)
     after = refusal.errors(after_model, flights, start, stop) if chosen else before
-    errors = fitted_numbers(final, vehicle, spreads, spread(search, final))
-    numbers = zip(final.members, errors, strict=True)
-    numbers = list(numbers)
-    errors = tuple(e for m, e in numbers if m.candidate.label in labels) if chosen else ()
-    findings = _as_given(findings, numbers)
+    numbers = dict(zip((m.candidate.label for m in final.members), fitted_numbers(final), strict=True))
+    errors = tuple(numbers.get(m.candidate.label, {}) for m in added) if chosen else ()
     return Diagnosis(
         findings,
         supported,
@@ -201,53 +154,68 @@ def diagnose(
         after,
         after_model,
         errors,
+        file_numbers(whole) if search.known else (),
         beyond_bounds(added, vehicle),
-        search.observation.samples,
         search,
         whole,
         final,
+        start,
+        stop,
     )
 
 
-def _ended(search: Search, whole: Fit, chosen: Sequence[Member]) -> dict[str, str]:
-    """Labels of what ends at a physical bound in the model that is given, without what else the search had taken."""
-    if not chosen:
-        return {}
-    final = search.fitted([*(m for m in whole.members if m.held), *chosen])
-    labels = {m.candidate.label for m in chosen}
-    ended = beyond_bounds(final.members, search.observation.vehicle)
-    return {label: reason for label, reason in ended.items() if label in labels}
+def _searched(
+    observation: Observation,
+    held: tuple[Member, ...],
+    doubts: Sequence[Doubt],
+    names: list[str],
+    known: list[Candidate],
+    hidden: dict[str, str],
+    taken: set[str],
+    like: Fit | None = None,
+) -> tuple[Search, Fit, dict[str, str]]:
+    """The search on the axes that can be judged, its best set, and why the other effects have no candidate."""
+    left_to, why_not = premises.remaining(doubts, names, known, hidden)
+    left_to = [c for c in left_to if c.label not in taken]
+    if left_to:
+        left_to += [c for c in file_only(observation.vehicle, known) if c.label not in taken]
+        ignored = of_residual(with_mixed(refused_axes(doubts), observation.samples))
+        observation = observation.without_axes(ignored)
+    search = Search(observation, tuple(left_to), held)
+    same = like is not None and {c.label for c in left_to} == {c.label for c in like.known}
+    return search, search.best(like if same else None), why_not
 
 
-def _not_at_a_bound(findings: Sequence[Finding], ended: dict[str, str]) -> tuple[Finding, ...]:
-    """The findings; those whose numbers end at a bound, and the groups that they stand for, are Plausible at most."""
-    why = {label.split()[0]: reason for label, reason in ended.items()}
-    out = []
+def _labels(whole: Fit, supported: Sequence[str], stand: dict[str, str]) -> list[str]:
+    """Labels of what is named: those of the set that was found, and what stands for a member of a group."""
+    labels = [x for x in whole.labels if x.split()[0] in supported]
+    inside = {x.split()[0] for x in labels}
+    return labels + [label for name, label in stand.items() if name in supported and name not in inside]
+
+
+def _demoted(findings: Sequence[Finding], made: Given) -> tuple[Finding, ...] | None:
+    """The findings without confidence in what ends at a bound of the model that is given, or of which it has nothing;
+    None where there is nothing of the kind."""
+    why = beyond_bounds(made.fit.members, made.fit.linear.observation.vehicle) | made.lost
+    by_name = {label.split()[0]: reason for label, reason in why.items()}
+    out, changed = [], False
     for f in findings:
-        reason = next((why[n] for n in (f.name, *f.group[:1]) if n in why), None)
+        reason = next((by_name[n] for n in f.group[:1] if n in by_name), None)
         if reason is not None and f.verdict in CONFIDENT:
-            f = replace(f, verdict="Plausible", group=(f.name,), reason=reason)
+            f, changed = replace(f, verdict="Plausible", group=(f.name,), reason=reason), True
         out.append(f)
-    return tuple(out)
+    return tuple(out) if changed else None
 
 
-def _as_given(findings: tuple[Finding, ...], numbers: list) -> tuple[Finding, ...]:
-    """The findings with the numbers of the model that is given, where they are in it."""
-    given: dict[str, list[tuple[dict, dict]]] = {}
-    for m, errors in numbers:
-        given.setdefault(m.candidate.name, []).append((values_of(m), errors))
-    out = []
-    for f in findings:
-        mine = given.get(f.name, []) if f.verdict in ("Supported", "Not separable") else []
-        same = [
-            pair for pair in mine if all(pair[0].get(k) == v for k, v in f.parameters.items() if isinstance(v, int))
-        ]
-        if same:
-            f = replace(f, parameters=same[0][0], standard_errors=same[0][1])
-        if len(mine) > 1 and f.instances:
-            f = replace(f, instances=tuple(values for values, _ in mine))
-        out.append(f)
-    return tuple(out)
+def _with_held_back(findings: Sequence[Finding], made: Given) -> tuple[Finding, ...]:
+    """The findings, with what the model that is given holds back of them."""
+    by_name = {label.split()[0]: reason for label, reason in made.held_back.items()}
+    return tuple(
+        replace(f, reason="; ".join(filter(None, [f.reason, by_name[f.name]])))
+        if f.name in by_name and f.verdict in CONFIDENT
+        else f
+        for f in findings
+    )
 
 
 def held_members(model: Model, flight: Flight) -> tuple[Member, ...]:
@@ -260,26 +228,3 @@ def _held(effect: Effect, flight: Flight, vehicle: Vehicle) -> Member:
     form = tuple(p for p in effect.parameters if not p.index and getattr(effect, p.name) is not None)
     chosen = tuple(p for p in type(effect).form(vehicle, flight) if p in form)
     return Member(Candidate(type(effect), chosen or form, fixed), effect, held=True)
-
-
-def _supported(findings: Sequence[Finding], whole: Fit, search: Search) -> tuple[tuple[str, ...], list[Member]]:
-    """Names of Supported effects and of each group's simplest member, and the members to add."""
-    names: list[str] = []
-    for f in findings:
-        name = f.name if f.verdict == "Supported" else f.group[0] if f.verdict == "Not separable" else None
-        if name is not None and name not in names:
-            names.append(name)
-    added: list[Member] = []
-    held = {m.candidate.name for m in whole.members if m.held}
-    names = [n for n in names if n not in held]
-    for f in findings:
-        if f.name in names:
-            own = [m for m in whole.members if m.candidate.name == f.name]
-            if own:
-                added += own
-            else:
-                choices = [c for c in search.known if c.name == f.name]
-                fixed = {k: f.parameters[k] for k, _ in choices[0].fixed}
-                candidate = next(c for c in choices if dict(c.fixed) == fixed)
-                added.append(Member(candidate, candidate.cls(**f.parameters)))
-    return tuple(names), added

@@ -1,8 +1,8 @@
-"""Which effects these flights cannot tell apart: each replaced by every other, fitted, and compared held-out.
+"""Which effects these flights cannot tell apart: each replaced by every other, and fitted as freely.
 
-An effect belongs to the group of a supported one when, in its place and fitted as freely, its held-out error is within
-the noise of the best's (the paired difference over blocks is not significantly above zero) and rises by less than what
-matters.
+An effect belongs to the group of another when, in its place, it leaves the data as probable (odds below twenty to one,
+tempered by how much the data scatter beyond the noise model), or when it takes most of the same error off flights that
+were not fitted and what it leaves does not matter: beside a file as wrong as this one nobody could tell.
 """
 
 from __future__ import annotations
@@ -11,69 +11,49 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from infotraj.diagnosis.allowance import TIMING
-from infotraj.diagnosis.candidates import Candidate
-from infotraj.diagnosis.evidence import resampled
-from infotraj.diagnosis.fitting import Fit
-from infotraj.diagnosis.observation import Member
-from infotraj.diagnosis.search import Search, departure, heldout_error, rises
-from infotraj.diagnosis.standins import Screen, alternatives, newcomer
-from infotraj.rotations import Array
+from infotraj.diagnosis.bounds import beyond_bounds
+from infotraj.diagnosis.evidence import overdispersion, rise_beside
+from infotraj.diagnosis.search import Fit, Search
 
-WITHIN = 0.99  # share of the resamples in which a member of the group may be worse
+AS_PROBABLE = float(np.log(20.0))
+_NEAR = 0.5  # of what an effect gains: a linear rival with as much is fitted before it is compared
+_MOSTLY = 0.5  # of the error that an effect takes off: what a rival may leave of it
+_MOST = 4  # rivals that are fitted
 
 
 @dataclass(frozen=True)
-class Group:
-    """members: what explains the flights equally well, the simplest first; rivals: held-out errors of the others."""
+class Rival:
+    """An effect that explains the flights as well in another's place, and the fit with it."""
 
-    members: tuple[Member, ...]
-    fits: tuple[Fit, ...]
-    rivals: tuple[Array, ...]
-
-
-def group(
-    search: Search,
-    whole: Fit,
-    member: Member,
-    rng: np.random.Generator,
-    order: list[str],
-    chance: float,
-    screen: Screen | None = None,
-) -> Group:
-    """The group of one member of the model `whole`. order: names of the catalogue, which decides among equals.
-
-    chance: held-out gain that the best of all absent effects gets; a third of it is no difference.
-    """
-    rest = tuple(m for m in whole.members if m.candidate.label != member.candidate.label)
-    label = member.candidate.label
-    maybe = (screen or Screen(search, whole)).passed({label}, share=0.4)
-    lags = frozenset(c.label for c in search.known if _shifts(c)) if _shifts(member.candidate) else frozenset()
-    tried = bool(maybe or lags)
-    others = alternatives(search, rest, {label}, whole.cost, 0.5, maybe, lags) if tried else []
-    fits = [(whole, member), *((f, newcomer(f, rest)) for f in others)]
-    errors = [heldout_error(f) for f, _ in fits]
-    first = int(np.argmin([e.sum() for e in errors]))
-    best, least = fits[first][0], errors[first]
-    draws = resampled(whole.sums.flight, rng)
-    equal: list[tuple[Member, Fit]] = []
-    rivals = []
-    for (other, new), error in zip(fits, errors, strict=True):
-        worse = np.mean(draws @ (error - least).sum(axis=0) > 0)
-        near = worse <= WITHIN or error.sum() - least.sum() < max(1.0, chance / 3)
-        at_bound = bool(other.at_bound[departure(other, {new.candidate.label}, search.observation.vehicle)[1]].all())
-        # What the fit to all flights preferred stays in, even where held out another does better.
-        if other is whole or (near and not at_bound and rises(best, other).max() < search.matters):
-            equal.append((new, other))
-        else:
-            rivals.append(error)
-    vehicle = search.observation.vehicle
-    equal.sort(key=lambda pair: (pair[0].candidate.count(vehicle), order.index(pair[0].candidate.name)))
-    names: set[str] = set()
-    unique = [pair for pair in equal if not (pair[0].candidate.name in names or names.add(pair[0].candidate.name))]
-    return Group(tuple(m for m, _ in unique), tuple(f for _, f in unique), tuple(rivals))
+    label: str
+    fit: Fit
 
 
-def _shifts(candidate: Candidate) -> bool:
-    """Whether an effect does little but shift things in time: a linearisation cannot say how alike two of them are."""
-    return candidate.name in TIMING
+def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival]:
+    """The effects that are as good in the place of one member of a fitted set. matters: least rise that counts."""
+    linear = whole.linear
+    rest = tuple(i for i in whole.chosen if linear.choices[i].label != label)
+    mine = [i for i, c in enumerate(linear.columns) if c.candidate.label == label]
+    inside = set(whole.labels)
+    open_to = [i for i, c in enumerate(linear.choices) if np.isfinite(c.price) and c.label not in inside]
+    if not open_to:
+        return []
+    scores = whole.scorer.scores([rest, *((*rest, i) for i in open_to)])
+    least = AS_PROBABLE * overdispersion(whole)[0]
+    gain = whole.solution.score - scores[0]
+    alone = rise_beside(whole, rest, mine)
+    best: dict[str, tuple[float, float]] = {}
+    for i, score in zip(open_to, scores[1:], strict=True):
+        near = score - scores[0] > _NEAR * gain or whole.solution.score - score < least
+        rise = rise_beside(whole, (*rest, i), mine) if near or score > scores[0] else np.inf
+        if near or rise < min(matters, _MOSTLY * alone):
+            name = linear.choices[i].label
+            best[name] = max(best.get(name, (-np.inf, 0.0)), (float(score), rise))
+    found = []
+    for name in sorted(best, key=lambda n: -best[n][0])[:_MOST]:
+        made = search.fitted([*(linear.choices[i].label for i in rest), name], whole)
+        ended = name in beyond_bounds(made.members, linear.observation.vehicle)
+        as_good = best[name][1] < min(matters, _MOSTLY * alone)
+        if not ended and (as_good or whole.solution.score - made.solution.score < least):
+            found.append(Rival(name, made))
+    return found

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from infotraj.diagnosis.candidates import Candidate, Place, places, read, written
-from infotraj.diagnosis.residual import AXES, FlightSamples
-from infotraj.diagnosis.whitened import Blocks, Noise, whiten
-from infotraj.diagnosis.whitening import Whitener
+from infotraj.diagnosis.lapped import Lapped
+from infotraj.diagnosis.residual import FlightSamples
+from infotraj.diagnosis.sums import Blocks
 from infotraj.effects.base import Effect
 from infotraj.errors import InputError
 from infotraj.models import Model
@@ -34,14 +34,14 @@ class Member:
 
 @dataclass(frozen=True)
 class Observation:
-    """Flights as samples, their noise, their blocks, and a vehicle.
+    """Flights as samples, their transforms, their blocks, and a vehicle.
 
-    ignored: axes of no weight: no model says them; command_step: s, the longest time between rows with commands.
+    ignored: axes of no weight; command_step: s, the longest time between rows with commands.
     """
 
     vehicle: Vehicle
     samples: tuple[FlightSamples, ...]
-    noise: Noise
+    transforms: tuple[tuple[Lapped, ...], ...]
     blocks: Blocks
     ignored: frozenset[str] = frozenset()
     command_step: float = 0.0
@@ -60,41 +60,9 @@ class Observation:
             return None
         return found if all(np.isfinite(x).all() for flight in found for x in flight) else None
 
-    def whitened(self, raw: Sequence[Sequence[Array]]) -> Array:
-        """Whitened residuals of all flights in one vector."""
-        parts = []
-        for s, flight in zip(self.samples, raw, strict=True):
-            parts += [w.reshape(-1) for w in whiten(s, self.noise, [r[:, :, None] for r in flight])]
-        return np.concatenate(parts)
-
-    def split(self, columns: Array) -> list[list[Array]]:
-        """Vectors (total, c) back to one (m, 3, c) a channel of a flight."""
-        out, start = [], 0
-        for s in self.samples:
-            parts = []
-            for c in s.channels:
-                stop = start + 3 * len(c.last)
-                parts.append(columns[start:stop].reshape(len(c.last), 3, -1))
-                start = stop
-            out.append(parts)
-        return out
-
-    def with_noise(self, noise: Noise) -> Observation:
-        """The same flights under another noise model."""
-        return replace(self, noise=_without(noise, self.ignored))
-
     def without_axes(self, axes: AbstractSet[str]) -> Observation:
         """The same flights with these axes, by name, left out of everything that is weighed."""
-        ignored = self.ignored | axes
-        return replace(self, ignored=ignored, noise=_without(self.noise, ignored))
-
-
-def _without(noise: Noise, axes: AbstractSet[str]) -> Noise:
-    silent = Whitener(None, np.zeros(0), np.inf)
-    return {
-        key: tuple(silent if a in axes else w for a, w in zip(AXES[key.split()[0]], three, strict=True))
-        for key, three in noise.items()
-    }
+        return replace(self, ignored=self.ignored | axes)
 
 
 def packed(members: Sequence[Member], vehicle: Vehicle) -> tuple[Array, list[tuple[int, Place]]]:

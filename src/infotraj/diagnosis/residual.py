@@ -226,6 +226,22 @@ def measured_change(samples: FlightSamples, c: Channel) -> Array:
     return samples.prepared.kept.get("measured change of rate", None, measured)
 
 
+def measured_side(samples: FlightSamples, c: Channel) -> Array | None:
+    """What was measured (m, 3), in the residual's unit; None for channels of the IMU against itself."""
+    if c.name == "force":
+        x = samples.flight.get(*SPECIFIC_FORCE)
+        return x[c.last] if c.rows.shape[1] == 1 else x[c.rows].mean(axis=1)
+    if c.name == "rate":
+        return measured_change(samples, c)
+    if c.name == "velocity":
+        r = samples.prepared.recorded
+        v = interpolate(r.velocity.times, r.velocity.values, r.t)
+        # What holds a vehicle up was measured, too: without it a thrust that is wrong by a share would go with nothing.
+        fall = samples.prepared.vehicle.gravity * (r.t[c.last] - r.t[c.first])
+        return v[c.last] - v[c.first] + np.array([0.0, 0.0, 1.0]) * fall[:, None]
+    return None
+
+
 def _rate(samples: FlightSamples, prediction: Prediction, c: Channel) -> Array:
     t = samples.prepared.recorded.t
     return measured_change(samples, c) - _steps(t, prediction.angular_acceleration_mean, c)

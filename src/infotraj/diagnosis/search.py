@@ -1,227 +1,248 @@
-"""The state of a search for missing effects: flights, candidates, their columns, and the fits made so far."""
+"""Which effects are missing: the set that predicts best beside a file as wrong as it is, fitted, and questioned again.
+
+One linearisation is not enough: a large offset leaves a second-order rest that recruits other effects. So the model is
+made linear again around what was found (Gauss and Newton), file numbers included, until the set and its numbers settle.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import product
 
 import numpy as np
 
-from infotraj.diagnosis.allowance import scale_and_spread, stamp_variance
-from infotraj.diagnosis.candidates import Candidate, read
-from infotraj.diagnosis.doubt import Doubt
-from infotraj.diagnosis.driving_noise import driving_variance, weighed
-from infotraj.diagnosis.fitting import Fit, fit
-from infotraj.diagnosis.noise import estimated, started
+from infotraj.diagnosis.candidates import Candidate
+from infotraj.diagnosis.linear import Linear, linearised
 from infotraj.diagnosis.observation import Member, Observation
-from infotraj.diagnosis.plain import Plain, binned, mean_products, plain
-from infotraj.diagnosis.scanning import scanned, shape_of
-from infotraj.diagnosis.sensitivities import Sensitivities, extended, sensitivities
-from infotraj.diagnosis.sharpening import sharp_fit
-from infotraj.diagnosis.silent import silent_axes
-from infotraj.diagnosis.subsets import Scored
-from infotraj.diagnosis.sums import Sums, extended_sums, held_out, products
-from infotraj.diagnosis.whitened import Noise, whiten
+from infotraj.diagnosis.prior import FILE, SCALES, SLAB, Scales
+from infotraj.diagnosis.score import Scorer, Solution
+from infotraj.diagnosis.spectra import spectra
+from infotraj.diagnosis.swinging import swung
 from infotraj.rotations import Array
-from infotraj.vehicle import Vehicle
 
-MATTERS = 0.05  # rise of the squared error, in units of the floor, below which an effect does not matter
-SIGNIFICANCE = 0.98  # of the largest gain that chance gives to any absent effect
-INEXACT = 0.5  # times ordinary tolerances: above it the search is not repeated for small effects
+MOST = 6  # effects: physics of which six named ones are not enough is not of this catalogue
+_NARROW = 4  # sets that are kept while the scale of the file is looked for
+_ROUNDS = 3
+_SETTLED = 1.0  # weighted squared error by which a last step may still fall
+_HALVES = 5
+_EXPECTED = 1.2  # times the error that the linear model says of a step: with more it is taken by half
+_LOOSE = 10.0  # weighted squared error that a file number must be worth to be taken into the model: the rest is linear
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A set of effects fitted to all flights.
+
+    linear: the model around the fitted numbers; chosen: choices of `linear` that are in the set; scales: how far the
+    file is off; solution: its numbers, without each fold too; known: the candidates of the search; held: effects
+    that the model had, where their numbers stay as they were.
+    """
+
+    linear: Linear
+    chosen: tuple[int, ...]
+    scales: Scales
+    solution: Solution
+    known: tuple[Candidate, ...] = ()
+    held: tuple[Member, ...] | None = None
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Labels of the effects in the set."""
+        return tuple(self.linear.choices[i].label for i in self.chosen)
+
+    @cached_property
+    def members(self) -> tuple[Member, ...]:
+        """Held and chosen effects, with their numbers."""
+        taken = set(self.labels)
+        return tuple(m for m in self.linear.point if m.held or m.candidate.label in taken)
+
+    @cached_property
+    def scorer(self) -> Scorer:
+        """What scores sets beside this one."""
+        return self.linear.scorer(self.scales, self.held)
+
+    def error(self, theta: Array) -> Array:
+        """Weighted squared error (axes, blocks) with numbers theta (p,), or (folds, p): each fold under its own."""
+        sums = self.linear.absent
+        if theta.ndim == 1:
+            return sums.error(theta)
+        folds = np.unique(sums.fold)
+        return sums.error(theta[np.searchsorted(folds, sums.fold)])
 
 
 @dataclass
 class Search:
-    """The state of a search.
-
-    tolerance: how large tolerances are, times ordinary ones; trail: what it did, for the verbose output; at_bound:
-    labels of what fits drove to a physical bound, and how;
-    silent: doubts about axes on which these flights say nothing.
-    """
+    """The state of a search: flights, candidates, and what it did (`trail`), for the verbose output."""
 
     observation: Observation
     known: tuple[Candidate, ...]
-    base: Sensitivities
-    rng: np.random.Generator
-    matters: float = MATTERS
-    tolerance: float = 1.0
-    fits: dict[frozenset[str], Fit | None] = field(default_factory=dict)
+    held: tuple[Member, ...]
     trail: list[str] = field(default_factory=list)
-    at_bound: dict[str, str] = field(default_factory=dict)
-    silent: tuple[Doubt, ...] = ()
-    made: int = 0  # fits, so far
-    spreads: dict[int, tuple[Fit, Array]] = field(default_factory=dict)  # by the fit's identity
-    _white: tuple[Noise, list[list[Array]], Array] | None = None
-    _binned: tuple[list[list[Array]], Array] | None = None
 
-    def fitted(self, members: Sequence[Member]) -> Fit | None:
-        """The fit of a set of members, made once."""
-        key = frozenset(m.candidate.label for m in members)
-        if key not in self.fits:
-            self.made += 1
-            self.fits[key] = fit(self.observation, members)
-        return self.fits[key]
+    def best(self, like: Fit | None = None) -> Fit:
+        """The most probable set of effects, fitted. like: that of the same flights and effects on other axes."""
+        if like is None:
+            now = swung(linearised(self.observation, self.held, self.known), self.known)
+        else:
+            now = like.linear.weighed_by(self.observation)
+        chosen, scales, solution = searched(now)
+        self._say(now, chosen, scales, solution)
+        for _ in range(_ROUNDS):
+            stepped = self._stepped(now, chosen, solution)
+            before = {now.choices[i].label for i in chosen}
+            chosen, scales, solution = searched(
+                stepped, stepped.labelled([now.choices[i].label for i in chosen]), scales
+            )
+            self._say(stepped, chosen, scales, solution)
+            same = before == {stepped.choices[i].label for i in chosen}
+            now = stepped
+            if same and _gain_left(now, solution) < _SETTLED:
+                break
+        return Fit(now, chosen, scales, solution, self.known)
 
-    def sharp(self, members: Sequence[Member]) -> Fit | None:
-        """The fit of a set in which shapes (the length of a swinging load) are the best there are."""
-        made = self.fitted(members)
-        if made is not None:
-            made = sharp_fit(self.observation, made)
-            self.fits[frozenset(m.candidate.label for m in made.members)] = made
+    def named(self, labels: Sequence[str]) -> Fit:
+        """The effects that are asked for, whether these flights need them or not, fitted beside the file's numbers."""
+        now = swung(linearised(self.observation, self.held, self.known), self.known)
+        every = [[i for i, c in enumerate(now.choices) if c.label == label] for label in labels]
+        # Every start of an effect that has several; the one that explains most is refined.
+        sets = [tuple(s) for s in product(*every)]
+        tried = [(float(now.scorer(s).scores([x])[0]), k, x) for k, s in enumerate(map(Scales, SCALES)) for x in sets]
+        _, common, chosen = max(tried)
+        scales = scaled(now, chosen, SCALES[common])
+        return self._settled(Fit(now, chosen, scales, now.scorer(scales).solution(chosen)), labels, _ROUNDS, False)
+
+    def fitted(self, labels: Sequence[str], like: Fit, scales: Scales | None = None, rounds: int = 2) -> Fit:
+        """A given set of effects, fitted from the linearisation of another set.
+
+        scales: how far the file is off, the effects of the model staying as they are; where it is not given, as far as
+        beside the other set, and they are fitted along.
+        """
+        chosen = like.linear.labelled(labels)
+        held = None if scales is None else self.held
+        scales = scales or like.scales
+        solution = like.linear.scorer(scales, held).solution(chosen)
+        begun = Fit(like.linear, chosen, scales, solution, like.known, held)
+        return self._settled(begun, labels, rounds, True)
+
+    def _settled(self, made: Fit, labels: Sequence[str], rounds: int, frozen: bool) -> Fit:
+        """A fit made linear around its own numbers until they settle. frozen: under the weights that it has."""
+        for _ in range(rounds):
+            now = self._stepped(made.linear, made.chosen, made.solution, frozen)
+            chosen = now.labelled(labels)
+            solution = now.scorer(made.scales, made.held).solution(chosen)
+            made = replace(made, linear=now, chosen=chosen, solution=solution)
+            if _gain_left(now, made.solution) < _SETTLED:
+                break
         return made
 
-    def renoised(self, members: Sequence[Member]) -> None:
-        """Weighs the samples and estimates the noise again around the model with `members`.
+    def _stepped(self, now: Linear, chosen: tuple[int, ...], solution: Solution, frozen: bool = False) -> Linear:
+        """The model around the numbers of a solution, or part of the way there where the error does not fall."""
+        theta = solution.theta
+        here = now.sums.error(np.zeros(now.sums.width)).sum()
+        # A file that is taken as it is may leave more than before: as much as the linear model says is expected.
+        allowed = max(here, _EXPECTED * now.absent.error(theta).sum())
+        for k in range(_HALVES):
+            point = now.members(chosen, now.now + 0.5**k * (theta - now.now), shift=_LOOSE)
+            if np.array_equal(theta, now.now) or self._error(now, point) <= allowed:
+                break
+        return linearised(self.observation, point, self.known, like=now, frozen=frozen)
 
-        Fits made before no longer count.
-        """
-        joint = self.joint(members)[0]
-        self.observation = estimated(weighed(self.observation, members), joint, rounds=1)
-        self.fits = {}
-
-    def rebased(self, members: Sequence[Member]) -> None:
-        """Linearises the candidates anew around the model with `members`.
-
-        What the members themselves would be beside themselves, and what was scanned for, keeps its columns.
-        """
-        o, old = self.observation, self.base
-        taken = {m.candidate.label for m in members}
-        absent = [c for c in self.known if c.label not in taken and shape_of(c, o) is None]
-        fresh = sensitivities(o, members, absent)
-        labels = {c.candidate.label for c in fresh.choices}
-        kept = [c for c in old.choices if c.candidate.label not in labels]
-        columns = [i for c in kept for i in c.columns]
-        joint = [
-            [np.concatenate([a, b[:, :, [1 + i for i in columns]]], axis=2) for a, b in zip(new, before, strict=True)]
-            for new, before in zip(fresh.joint, old.joint, strict=True)
-        ]
-        first = fresh.joint[0][0].shape[2] - 1
-        moved = [replace(c, columns=tuple(first + columns.index(i) for i in c.columns)) for c in kept]
-        self.base = replace(fresh, choices=(*fresh.choices, *moved), joint=joint)
-        self._white = self._binned = None
-
-    def joint(self, members: Sequence[Member]) -> tuple[list[list[Array]], Sensitivities]:
-        """Residual of the model with `members`, their columns, and the candidates' of the base model."""
-        own, found = self._own(members)
-        old = 1 + len(self.base.of_members)
-        joint = [
-            [np.concatenate([a, b[:, :, old:]], axis=2) for a, b in zip(new, before, strict=True)]
-            for new, before in zip(own.joint, self.base.joint, strict=True)
-        ]
-        return joint, found
-
-    def _own(self, members: Sequence[Member]) -> tuple[Sensitivities, Sensitivities]:
-        """The members' own columns, and what all columns are when the candidates' follow them."""
-        own = sensitivities(self.observation, members, [])
-        shift = own.joint[0][0].shape[2] - 1
-        taken = {m.candidate.label for m in members}
-        old = len(self.base.of_members)
-        choices = [
-            replace(c, columns=tuple(i - old + shift for i in c.columns))
-            for c in self.base.choices
-            if c.candidate.label not in taken
-        ]
-        return own, replace(own, choices=tuple(choices), joint=[])
-
-    def linear(self, members: Sequence[Member]) -> tuple[Sums, Sensitivities]:
-        """Sums of the whitened residual of the model with `members` and of all columns, and what these are."""
+    def _error(self, like: Linear, point: Sequence[Member]) -> float:
+        """Weighted squared error of the model at a point, under the weights of a linearisation."""
         o = self.observation
-        own, found = self._own(members)
-        if self._white is None or self._white[0] is not o.noise:
-            old = 1 + len(self.base.of_members)
-            candidate = [[b[:, :, old:] for b in flight] for flight in self.base.joint]
-            white = [whiten(s, o.noise, f) for s, f in zip(o.samples, candidate, strict=True)]
-            self._white = o.noise, white, products(o.samples, o.blocks, white)
-        new = [whiten(s, o.noise, x) for s, x in zip(o.samples, own.joint, strict=True)]
-        sums = extended_sums(o.samples, o.noise, o.blocks, new, *self._white[1:])
-        return replace(sums, plain=self._plain(sums.axes, own.joint)), found
+        raw = o.raw(o.model(point))
+        if raw is None:
+            return float("inf")
+        found = spectra(o.samples, o.transforms, [[x[:, :, None] for x in flight] for flight in raw])
+        return float(sum(np.sum(s.weighted(like.weights.of(k, s)) ** 2) for k, s in enumerate(found)))
 
-    def _plain(self, axes: tuple[str, ...], own: list[list[Array]]) -> Plain:
-        o = self.observation
-        if self._binned is None:
-            old = 1 + len(self.base.of_members)
-            others = binned(o.samples, [[b[:, :, old:] for b in flight] for flight in self.base.joint])
-            self._binned = others, mean_products(o.samples, axes, others, others, o.ignored)
-        return plain(o.samples, axes, binned(o.samples, own), *self._binned, o.ignored)
+    def _say(self, now: Linear, chosen: tuple[int, ...], scales: Scales, solution: Solution) -> None:
+        labels = " + ".join(now.choices[i].label for i in chosen) or "nothing"
+        kinds = "".join(f", {k} {v:g}" for k, v in scales.kinds.items())
+        self.trail.append(f"{labels}: {solution.score:.1f} nats, file off by {scales.common:g} times 1 %{kinds}")
 
 
-def start_search(
-    observation: Observation,
-    held: Sequence[Member],
-    known: Sequence[Candidate],
-    rng: np.random.Generator,
-    matters: float = MATTERS,
-    trusted: AbstractSet[str] = frozenset(),
-) -> Search:
-    """Linearises every candidate around the model and estimates the noise from what their richest fit leaves.
+def searched(now: Linear, start: tuple[int, ...] | None = None, scales: Scales | None = None):
+    """The best set of choices, the scales of the file that go with it, and its numbers.
 
-    trusted: axes that are used even where these flights say nothing of them.
+    How far the file is off and what is missing are found together: a number is missing physics where it is out of line
+    with the rest of the file. start, scales: of an earlier search, which is then only added to, taken from and
+    exchanged.
     """
-    base = sensitivities(observation, held, known)
-    silent = [
-        Doubt("axis_unexplained", a, (a,), why) for a, why in silent_axes(observation.samples, base.joint).items()
+    every = [i for i, c in enumerate(now.choices) if np.isfinite(c.price)]
+    if start is None or scales is None:
+        tried = [(now.scorer(s).search(MOST, every, beam=_NARROW, exhaustive=1), s) for s in map(Scales, SCALES)]
+        first, common = max(tried, key=lambda pair: pair[0].score)
+        scales = scaled(now, first.chosen, common.common)
+        solution = now.scorer(scales).search(MOST, every)
+    else:
+        near = [s for s in SCALES if 0.1 < s / scales.common < 10.0]
+        tried = [(now.scorer(s).search(2, every, start, beam=_NARROW, exhaustive=1), s) for s in map(Scales, near)]
+        first, common = max(tried, key=lambda pair: pair[0].score)
+        scales = scaled(now, first.chosen, common.common)
+        solution = now.scorer(scales).search(2, every, first.chosen, exhaustive=1)
+    return solution.chosen, scales, solution
+
+
+def scaled(now: Linear, chosen: tuple[int, ...], common: float) -> Scales:
+    """How far the file is off beside a set of effects, for each kind of which it holds several numbers.
+
+    A kind of one effect keeps the common scale: what is out of line with it is no longer a matter of the file.
+
+    Marginal likelihood (MacKay 1992) of the file numbers that are not chosen, chosen and kept effects integrated out.
+    """
+    taken = sorted({*now.kept, *(c for i in chosen for c in now.choices[i].columns)})
+    whole = now.absent.by_fold().sum(axis=0)
+    right, gram = whole[0, 1:], whole[1:, 1:]
+    labels = {now.choices[i].label for i in chosen}
+    file = [i for i in np.flatnonzero(now.spike(Scales(1.0)) > 0) if now.columns[i].candidate.label not in labels]
+    if not file:
+        return Scales(common)
+    of_taken = gram[np.ix_(taken, taken)] + np.eye(len(taken)) / SLAB**2
+    along = np.linalg.solve(of_taken, np.column_stack([gram[np.ix_(taken, file)], right[taken]]))
+    rest = gram[np.ix_(file, file)] - gram[np.ix_(file, taken)] @ along[:, :-1]
+    pull = right[file] - gram[np.ix_(file, taken)] @ along[:, -1]
+    kind = [FILE[now.columns[i].candidate.name][1] for i in file]
+    kinds = list(dict.fromkeys(kind))
+    deviation = {s: now.spike(Scales(s))[file] for s in SCALES}
+    of_kind = {k: np.array([x == k for x in kind]) for k in kinds}
+
+    def evidence(scale: dict[str, float]) -> float:
+        spread = np.zeros(len(file))
+        for k in kinds:
+            spread[of_kind[k]] = deviation[scale[k]][of_kind[k]]
+        inside = np.eye(len(file)) + rest * np.outer(spread, spread)
+        scaled = pull * spread
+        return 0.5 * float(scaled @ np.linalg.solve(inside, scaled) - np.linalg.slogdet(inside)[1])
+
+    scale = dict.fromkeys(kinds, common)
+    value = evidence(scale)
+    several = [
+        k
+        for k in kinds
+        if len({now.columns[i].candidate.label for i, own in zip(file, kind, strict=True) if own == k}) > 2
     ]
-    silent = [d for d in silent if d.about not in observation.ignored]
-    observation = observation.without_axes({d.about for d in silent} - trusted)
-    observation = started(observation, base.joint)
-    before = len(base.choices)
-    for candidate in known:
-        own = [i for c in base.choices if c.candidate.label == candidate.label for i in c.columns]
-        variant = scanned(observation, held, candidate, base.joint, own)
-        if variant is not None:
-            base = extended(base, observation, held, variant)
-    if len(base.choices) > before:
-        observation = estimated(observation, base.joint, rounds=1)
-    return Search(observation, tuple(known), base, rng, matters, silent=tuple(silent))
+    for k in several:
+        for s in SCALES:
+            trial = {**scale, k: s}
+            reached = evidence(trial) - _apart(common, trial)
+            if reached > value + 1e-6:
+                scale, value = trial, reached
+    return _apart_scales(common, scale)
 
 
-def tolerance_scale(search: Search, whole: Fit) -> float:
-    """How large tolerances are on these flights beside a fitted model, times ordinary ones."""
-    return scale_and_spread(*search.linear(whole.members))[0]
+def _apart(common: float, scale: dict[str, float]) -> float:
+    return _apart_scales(common, scale).cost()
 
 
-def spread(search: Search, made: Fit) -> Array:
-    """Variance (p,) that tolerances, time stamps and noise of the motion give to a fit's numbers, in usual sizes."""
-    o = search.observation
-    if id(made) not in search.spreads:
-        by_tolerances = scale_and_spread(*search.linear(made.members))[1]
-        by_stamps = stamp_variance(made.members, o.vehicle, o.command_step)
-        search.spreads[id(made)] = made, by_tolerances + by_stamps + driving_variance(o, made)
-    return search.spreads[id(made)][1]
+def _apart_scales(common: float, scale: dict[str, float]) -> Scales:
+    return Scales(common, {k: s for k, s in scale.items() if s != common})
 
 
-def departure(whole: Fit, labels: AbstractSet[str], vehicle: Vehicle) -> tuple[Array, list[int]]:
-    """The step (p,) in usual sizes that makes these members absent, and their columns."""
-    theta, mine, place = np.zeros(len(whole.at_bound)), [], 0
-    for m in whole.members:
-        at = m.places(vehicle)
-        if m.candidate.label in labels:
-            columns = range(place, place + len(at))
-            theta[columns] = (np.array([p.absent for p in at]) - read(m.effect, at)) / [p.scale for p in at]
-            mine += columns
-        place += len(at)
-    return theta, mine
-
-
-def rises(whole: Fit, out: Fit) -> Array:
-    """Rise of the squared error per 50 ms from one fit to another, axis by axis, in units of the floor.
-
-    The larger of two: that of the whitened held-out error, and that of the error as it is (see `plain`).
-    """
-    windows = np.maximum(whole.sums.windows.sum(axis=1), 1)
-    white = (heldout_error(out) - heldout_error(whole)).sum(axis=1) / windows
-    return np.maximum(white, (out.plain - whole.plain) / np.maximum(whole.plain, 1e-300))
-
-
-def plain_rise(sums: Plain, without: Scored, with_it: Scored, floor: Scored) -> Array:
-    """Rise of the plain error (axes,) from one scored set to another, in units of what a third one leaves."""
-    return (without.plain(sums) - with_it.plain(sums)) / np.maximum(floor.plain(sums), 1e-300)
-
-
-def heldout_error(found: Fit) -> Array:
-    """Held-out squared error of a fit by axis and block: its numbers fitted again on the other folds, linearised.
-
-    Numbers at a bound stay there.
-    """
-    return held_out(found.sums, np.flatnonzero(~found.at_bound))[0]
+def _gain_left(now: Linear, solution: Solution) -> float:
+    """By how much the weighted squared error would still fall from where the model is to the solution's numbers."""
+    here = now.sums.error(np.zeros(now.sums.width)).sum()
+    there = now.absent.error(solution.theta).sum()
+    return float(here - there)

@@ -6,7 +6,8 @@ effect is in the model already, by a secant from its absent value where it is no
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -61,22 +62,34 @@ class Sensitivities:
         return tuple(c for part in self.members for c in part)
 
 
-def sensitivities(observation: Observation, members: Sequence[Member], absent: Sequence[Candidate]) -> Sensitivities:
-    """Residual of the model with `members`, and the columns of their numbers and of the candidates in `absent`."""
+def sensitivities(
+    observation: Observation,
+    members: Sequence[Member],
+    absent: Sequence[Candidate],
+    more: Mapping[str, Sequence[Variant]] | None = None,
+    skip: AbstractSet[str] = frozenset(),
+) -> Sensitivities:
+    """Residual of the model with `members`, and the columns of their numbers and of the candidates in `absent`.
+
+    more: linearisations beside a candidate's own, by its label; skip: labels of members whose columns are not asked
+    for.
+    """
     vehicle = observation.vehicle
     x, owner = packed(members, vehicle)
     effects = [m.effect for m in members]
     models: list[tuple[list[Effect], float]] = []
     of_members: list[list[int]] = [[] for _ in members]
     for i, (number, place) in enumerate(owner):
+        if members[number].candidate.label in skip:
+            continue
         step = inward(x[i] * place.scale, place, SMALL * abs(place.scale)) / place.scale
         moved = x.copy()
         moved[i] += step
         models.append(([m.effect for m in unpacked(members, vehicle, moved)], step))
-        of_members[number].append(i)
+        of_members[number].append(len(models) - 1)
     choices = []
     for candidate in absent:
-        for variant in variants(candidate, vehicle):
+        for variant in (*variants(candidate, vehicle), *(more or {}).get(candidate.label, ())):
             if not variant.points:
                 continue
             columns = []

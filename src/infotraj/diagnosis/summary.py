@@ -9,10 +9,11 @@ import numpy as np
 from infotraj.checking.acceptance import accepted_in, accepted_lines
 from infotraj.comparing.equation_error import AXES
 from infotraj.diagnosis.diagnosis import Diagnosis
-from infotraj.diagnosis.sparse_commands import sparse
 from infotraj.diagnosis.verdicts import Finding
 from infotraj.rotations import Array
 
+_SPARSE = 0.01  # s between commands: with more, a delay of half of it cannot be told
+_FAR = 3.0  # times the floor: an error that large, on an axis that is judged, is spoken of
 _ORDER = ("Supported", "Not separable", "Plausible", "Not needed", "Not testable here")
 
 
@@ -41,6 +42,17 @@ def as_dict(found: Diagnosis) -> dict[str, Any]:
             }
             for s in found.unexplained.axes
         ],
+        "file": [
+            {
+                "name": n.name,
+                "declared": _number(n.declared),
+                "value": _number(n.value),
+                "standard_error": _number(n.standard_error),
+                "ordinary": n.ordinary,
+            }
+            for n in found.file
+        ],
+        "stays": stays(found),
         "refused": {d.about: d.reason for d in found.doubts if d.counts},
         "axes": {
             axis: {
@@ -64,6 +76,13 @@ def as_dict(found: Diagnosis) -> dict[str, Any]:
             for s in found.samples
         ],
     }
+
+
+def stays(found: Diagnosis) -> dict[str, float]:
+    """Axes that are judged and whose error stays far above the floor, with that error, by axis."""
+    after, floor = found.after.rmse, found.after.floor
+    far = {a: float(after[i]) for i, a in enumerate(AXES) if np.isfinite(after[i]) and after[i] > _FAR * floor[i]}
+    return {a: x for a, x in far.items() if a not in found.refused}
 
 
 def sentence(found: Diagnosis) -> str:
@@ -108,18 +127,25 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
         if np.isfinite(found.before.rmse[i]):
             values = "".join(f"{v:>11.4g}" for v in (found.before.rmse[i], found.after.rmse[i], found.after.floor[i]))
             lines.append(f"{axis:<10}{values} {unit[axis[0]]}")
+    if found.file:
+        lines.append("your vehicle file, as these flights have it:")
+        for n in found.file:
+            number = f"{_short(n.value)} +- {_short(n.standard_error)}, not {_short(n.declared)}"
+            lines.append(f"  {n.name}: {number}" + ("" if n.ordinary else "; out of line with the rest of the file"))
+    explained = {s.axis for s in found.unexplained.axes}
+    for axis, error in stays(found).items():
+        if axis not in explained and "v" + axis[1] not in explained:
+            unit_of = unit[axis[0]]
+            lines.append(f"{error:.3g} {unit_of} of error stay on {axis}: no effect and no structure explains them")
     for s in found.unexplained.axes:
         goes = ", ".join(f"{q} ({c:+.2f})" for q, c in s.goes_with)
-        if np.isnan(s.share):
-            lines.append(f"left on {s.axis} (rise {s.rise:.2g}): {s.hint}")
-            continue
         lines.append(f"left on {s.axis}: {s.share:.0%} of the slow error can be predicted; it goes with {goes}")
         if s.hint:
             lines.append(f"  hint, not a result: {s.hint} ({s.hint_share:.0%} held out)")
     every = found.search.observation.command_step
     if found.command_steps > 1:
         lines.append(f"commands: every {1000 * every:.0f} ms, read as {found.command_steps} steps from row to row")
-    if found.command_steps > 1 or any(sparse(s.flight, found.model.vehicle) for s in found.samples):
+    if found.command_steps > 1 or every > _SPARSE:
         lines.append(f"a delay below {500 * every:.0f} ms cannot be told from how commands ran between their rows")
     lines += [f"not judged: {axis} ({reason})" for axis, reason in found.refused.items()] if found.judged else []
     lines += [f"warning: {d.reason}" for d in found.doubts if not d.refuses]
@@ -137,6 +163,8 @@ def _row(f: Finding) -> str:
     interval = f"{e.ci95[0]:+.3f} {e.ci95[1]:+.3f}"
     better = f"{e.flights_better[0]}/{e.flights_better[1]}"
     values = " ".join(f"{k}={_short(v)}" for k, v in f.parameters.items() if v is not None)
+    if values and e.form_error >= 0.1 and f.verdict not in ("Not needed", "Not testable here"):
+        values += f", from place to place by {e.form_error:.0%}"
     return (
         f"{f.name:<20}{f.verdict:<19}{e.rise:>9.3g}{e.heldout_change:>+9.3f}{interval:>18}{better:>8}"
         f"{e.selected:>6.2f}  {values}"
@@ -159,6 +187,8 @@ def _effect(f: Finding) -> dict[str, Any]:
         "flights_better": list(e.flights_better) if e else None,
         "selected": _number(e.selected) if e else None,
         "rise": _number(e.rise) if e else None,
+        "probability": _number(e.probability) if e else None,
+        "form_error": _number(e.form_error) if e else None,
         "parameters": fitted,
         "standard_errors": f.standard_errors,
         "reason": f.reason or None,

@@ -1,180 +1,147 @@
-"""Sums over blocks of flights that carry everything a linear fit needs: S'S, S'r, r'r and the time covered.
+"""Sums over blocks of flights that carry everything a linear model needs: products of the residual and all columns.
 
-From here on no flight is read again. Fitting any subset of columns on any blocks and testing it on any others is one
-small solve (the normal equations of weighted least squares; the residual and the columns are whitened by one filter).
+From here on no flight is read again. Fitting any set of columns on any blocks and testing it on any others is one small
+solve. Beside the weighted sums stand plain ones, of slow coefficients as they are: they say how large an error is.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
-from infotraj.diagnosis.lonely import fitted, halves, lonely
-from infotraj.diagnosis.plain import Plain
-from infotraj.diagnosis.residual import FlightSamples
-from infotraj.diagnosis.whitened import Blocks, Noise
+from infotraj.diagnosis.spectra import EDGES, SLOW, Spectrum, Weights
 from infotraj.rotations import Array
 
 WINDOW = 0.05  # s: unit of time of a rise; what matters to a vehicle's motion lasts longer
-RIDGE = 1e-9  # of each column's own sum of squares: keeps collinear columns solvable, changes nothing else
+BLOCK = 2.0  # s
+_MOST_BLOCKS = 96
+SLOW_BANDS = int(np.searchsorted(EDGES, SLOW))
 
 
 @dataclass(frozen=True)
 class Sums:
-    """gram (axes, blocks, p, p), right (axes, blocks, p), square and windows (axes, blocks); axes: their names.
+    """gram (axes, blocks, 1 + p, 1 + p) of weighted coefficients, the residual first; windows (axes, blocks).
 
-    windows: time in units of WINDOW. A squared error divided by it is in units of the floor of a mean over that long,
-    whatever the rate at which the sensors were sampled. plain: the same sums over all flights, not whitened.
+    plain (axes, folds, 1 + p, 1 + p): the same, slow coefficients and no weights; believed: each times the coherence of
+    its band and no more; slow (axes, folds): how many these are. fold, flight (blocks,): the group that is held out
+    together, and the flight. windows: time in units of WINDOW.
     """
 
     gram: Array
-    right: Array
-    square: Array
+    plain: Array
+    believed: Array
+    slow: Array
     windows: Array
     axes: tuple[str, ...]
-    fold: Array
-    flight: Array
-    plain: Plain | None = None
+    fold: NDArray
+    flight: NDArray
 
-    def total(self) -> tuple[Array, Array, Array]:
-        """Sums over the axes: (blocks, p, p), (blocks, p), (blocks,)."""
-        return self.gram.sum(axis=0), self.right.sum(axis=0), self.square.sum(axis=0)
+    @property
+    def width(self) -> int:
+        """The number of columns beside the residual."""
+        return self.gram.shape[-1] - 1
+
+    def by_fold(self) -> Array:
+        """Products over all axes, (folds, 1 + p, 1 + p)."""
+        total = self.gram.sum(axis=0)
+        return np.array([total[self.fold == f].sum(axis=0) for f in np.unique(self.fold)])
 
     def shifted(self, theta: Array) -> Sums:
         """The same sums after the residual has become r - S theta."""
-        along = np.einsum("abij,j->abi", self.gram, theta)
-        square = self.square - 2 * self.right @ theta + along @ theta
-        plain = None if self.plain is None else self.plain.shifted(theta)
-        return replace(self, right=self.right - along, square=square, plain=plain)
+        turn = np.eye(self.width + 1)
+        turn[1:, 0] = -theta
+        gram, plain, believed = (turn.T @ x @ turn for x in (self.gram, self.plain, self.believed))
+        return replace(self, gram=gram, plain=plain, believed=believed)
 
-    def restricted(self, columns: Sequence[int]) -> Sums:
-        """The sums of some columns."""
-        c = np.asarray(columns, dtype=int)
-        return Sums(
-            self.gram[:, :, c[:, None], c],
-            self.right[:, :, c],
-            self.square,
-            self.windows,
-            self.axes,
-            self.fold,
-            self.flight,
-        )
+    def error(self, theta: Array) -> Array:
+        """Weighted squared error (axes, blocks) after r - S theta; theta (p,), or (blocks, p): each block its own."""
+        along = np.concatenate([np.ones((*theta.shape[:-1], 1)), -theta], axis=-1)
+        if theta.ndim == 1:
+            return np.einsum("i,abij,j->ab", along, self.gram, along)
+        return np.einsum("bi,abij,bj->ab", along, self.gram, along)
+
+    def plain_error(self, theta: Array) -> Array:
+        """Plain mean squared error (axes,) after r - S theta; theta (folds, p): each fold its own."""
+        return self._mean_square(self.plain, theta)
+
+    def believed_error(self, theta: Array) -> Array:
+        """The same of what goes with the motion at all: frequencies weigh by their coherence."""
+        return self._mean_square(self.believed, theta)
+
+    def _mean_square(self, products: Array, theta: Array) -> Array:
+        along = np.concatenate([np.ones((len(theta), 1)), -theta], axis=1)
+        return np.einsum("fi,afij,fj->a", along, products, along) / np.maximum(self.slow.sum(axis=1), 1)
 
 
-def block_sums(samples: Sequence[FlightSamples], noise: Noise, blocks: Blocks, joint: Sequence[list[Array]]) -> Sums:
-    """Sums of whitened residual and columns, one (m, 3, 1 + p) a channel of a flight, the residual first."""
-    every = _products(samples, blocks, joint, joint)
-    return _split(samples, noise, blocks, every)
+@dataclass(frozen=True)
+class Blocks:
+    """Cuts each flight's time into blocks of about 2 s, and says which are held out together.
 
-
-def extended_sums(
-    samples: Sequence[FlightSamples],
-    noise: Noise,
-    blocks: Blocks,
-    own: Sequence[list[Array]],
-    others: Sequence[list[Array]],
-    known: Array,
-) -> Sums:
-    """The same for columns of which most are known: `own` (m, 3, 1 + q), the residual first, then `others` (m, 3, p).
-
-    known (axes, blocks, p, p): products of the others, from `products`. Only what is new is multiplied.
+    edges: by flight, s; first: number of each flight's first block; flight, fold (blocks,).
     """
-    within = _products(samples, blocks, own, own)
-    across = _products(samples, blocks, own, others)
-    top = np.concatenate([within, across], axis=3)
-    bottom = np.concatenate([across.transpose(0, 1, 3, 2), known], axis=3)
-    return _split(samples, noise, blocks, np.concatenate([top, bottom], axis=2))
+
+    edges: tuple[Array, ...]
+    first: tuple[int, ...]
+    flight: NDArray
+    fold: NDArray
+
+    def of(self, s: Spectrum) -> NDArray:
+        """The block of each coefficient of a spectrum."""
+        return self.at(s.flight, s.time)
+
+    def at(self, flight: int, time: Array) -> NDArray:
+        """The block of each time (s) of a flight."""
+        return self.first[flight] + np.searchsorted(self.edges[flight], time, side="right")
 
 
-def products(samples: Sequence[FlightSamples], blocks: Blocks, columns: Sequence[list[Array]]) -> Array:
-    """S'S of every axis and block, (axes, blocks, p, p), of whitened columns (m, 3, p) a channel of a flight."""
-    return _products(samples, blocks, columns, columns)
+def blocks(found: Sequence[Spectrum]) -> Blocks:
+    """Blocks of the time that is used. Folds are flights; of one flight alone, five parts of it one after another."""
+    flights = 1 + max(s.flight for s in found)
+    times = [np.concatenate([s.time for s in found if s.flight == k] or [np.zeros(0)]) for k in range(flights)]
+    spans = [float(np.ptp(t)) if len(t) else 0.0 for t in times]
+    length = max(BLOCK, sum(spans) / max(_MOST_BLOCKS - flights, 8))
+    edges, first, owner = [], [], []
+    for k, (t, span) in enumerate(zip(times, spans, strict=True)):
+        count = max(1, round(span / length))
+        begin = float(t.min()) if len(t) else 0.0
+        edges.append(begin + span / count * np.arange(1, count))
+        first.append(len(owner))
+        owner += [k] * count
+    flight = np.array(owner)
+    fold = flight.copy()
+    if flights == 1:
+        fold = (np.arange(len(flight)) * min(5, len(flight))) // len(flight)
+    return Blocks(tuple(edges), tuple(first), flight, fold)
 
 
-def _axes(samples: Sequence[FlightSamples]) -> list[str]:
-    names: list[str] = []
-    for s in samples:
-        names += [a for c in s.channels for a in c.axes if a not in names]
-    return names
-
-
-def _products(samples, blocks: Blocks, left: Sequence[list[Array]], right: Sequence[list[Array]]) -> Array:
-    names = _axes(samples)
-    out = np.zeros((len(names), blocks.count, left[0][0].shape[2], right[0][0].shape[2]))
-    for number, s in enumerate(samples):
-        for place, channel in enumerate(s.channels):
-            block = blocks.of_sample[number][place]
-            edges = np.concatenate([[0], np.flatnonzero(np.diff(block)) + 1, [len(block)]])
-            for i, axis in enumerate(channel.axes):
-                a = names.index(axis)
-                x, of_x = _moving(left[number][place][:, i])
-                y, of_y = (x, of_x) if right is left else _moving(right[number][place][:, i])
-                # Most effects leave most axes alone: their columns of zeros are not multiplied.
-                for start, stop in pairwise(edges):
-                    out[a, block[start], of_x[:, None], of_y] += x[start:stop].T @ y[start:stop]
-    return out
-
-
-def _moving(x: Array) -> tuple[Array, Array]:
-    """The columns of x that are not all zero, contiguous, and their numbers."""
-    used = np.flatnonzero(np.any(x != 0.0, axis=0))
-    return np.ascontiguousarray(x[:, used]), used
-
-
-def _split(samples, noise: Noise, blocks: Blocks, every: Array) -> Sums:
-    names = _axes(samples)
-    windows = np.zeros((len(names), blocks.count))
-    for number, s in enumerate(samples):
-        for place, channel in enumerate(s.channels):
-            for i, axis in enumerate(channel.axes):
-                used = noise[channel.key][i].used(channel.run)
-                count = np.bincount(blocks.of_sample[number][place], used, minlength=blocks.count)
-                windows[names.index(axis)] += count * channel.step / WINDOW
-    return Sums(
-        every[:, :, 1:, 1:],
-        every[:, :, 0, 1:],
-        every[:, :, 0, 0],
-        windows,
-        tuple(names),
-        blocks.fold,
-        blocks.flight,
-    )
-
-
-def solve(gram: Array, right: Array) -> Array:
-    """Least-squares parameters for (..., p, p) and (..., p), ridged by 1e-9 of each column's own size."""
-    diagonal = np.einsum("...ii->...i", gram)
-    size = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-    scaled = gram / (size[..., :, None] * size[..., None, :])
-    eye = np.eye(gram.shape[-1])
-    return np.linalg.solve(scaled + RIDGE * eye, (right / size)[..., None])[..., 0] / size
-
-
-def held_out(sums: Sums, columns: Sequence[int] | None = None) -> tuple[Array, Array]:
-    """Held-out squared error per axis and block (axes, blocks), and the numbers each block is tested with (blocks, p).
-
-    They are fitted on the other folds; see `lonely` for what shows in one fold only.
-    """
-    part = sums if columns is None else sums.restricted(columns)
-    gram, right, _ = part.total()
-    theta = np.zeros(right.shape)
-    if right.shape[1] == 0:
-        return part.square.copy(), theta
-    folds, half = np.unique(part.fold), halves(part.fold)
-    alone = lonely(np.array([gram[part.fold == f].sum(axis=0) for f in folds]))
-    for f, few in zip(folds, alone, strict=True):
-        out = part.fold == f
-        rest = gram[~out].sum(axis=0), right[~out].sum(axis=0)
-        if not few.any():
-            theta[out] = solve(*rest)
-            continue
-        for h in (0, 1):
-            other = out & (half != h)
-            tested = np.diag(gram[out & (half == h)].sum(axis=0))
-            more = gram[other].sum(axis=0), right[other].sum(axis=0)
-            theta[out & (half == h)] = fitted(*rest, *more, few, tested, RIDGE)
-    along = np.einsum("abij,bj->abi", part.gram, theta)
-    return part.square + np.einsum("abi,bi->ab", along - 2 * part.right, theta), theta
+def gathered(found: Sequence[Spectrum], weights: Weights, cut: Blocks) -> Sums:
+    """The sums of all spectra under these weights."""
+    axes, width = weights.axes, found[0].values.shape[1]
+    folds = np.unique(cut.fold)
+    gram = np.zeros((len(axes), len(cut.flight), width, width))
+    plain, believed = (np.zeros((len(axes), len(folds), width, width)) for _ in range(2))
+    slow, windows = np.zeros((len(axes), len(folds))), np.zeros((len(axes), len(cut.flight)))
+    silent = {a for a, c in zip(axes, weights.coherence, strict=True) if not c.any()}
+    for number, s in enumerate(found):
+        a, block = axes.index(s.axis), cut.of(s)
+        moves = np.flatnonzero(np.any(s.values != 0.0, axis=0))
+        at = np.ix_(moves, moves)
+        x = s.weighted(weights.of(number, s))[:, moves]
+        seconds = np.diff(np.unique(s.time)).min(initial=np.inf)
+        for b in np.unique(block):
+            rows = block == b
+            gram[a, b][at] += x[rows].T @ x[rows]
+            f = int(np.searchsorted(folds, cut.fold[b]))
+            below = rows & (s.band < SLOW_BANDS)
+            part = s.values[np.ix_(below, moves)]
+            plain[a, f][at] += part.T @ part
+            slow[a, f] += below.sum()
+            if s.axis not in silent:
+                trusted = part * np.sqrt(weights.coherence[a, s.band[below]])[:, None]
+                believed[a, f][at] += trusted.T @ trusted
+            lasted = len(np.unique(s.time[rows])) * (seconds if np.isfinite(seconds) else 1.0)
+            windows[a, b] += lasted / WINDOW
+    return Sums(gram, plain, believed, slow, windows, axes, cut.fold, cut.flight)

@@ -1,25 +1,24 @@
 """Whether structured error is left that no effect of the model explains, where it is, and what it goes with.
 
-What is left of the fitted model, ordinary tolerances taken off, is averaged over 50 ms and predicted on held-out
+What is left of the fitted model, file numbers corrected, is averaged over 50 ms and predicted on held-out
 flights from named quantities, from what the vehicle did in the last second, and from random features of the motion (a
 Gaussian process by its features). Turbulence and sensor noise cannot be predicted so, whatever their colour; an effect
-that nobody listed can. Its size is judged as an effect's: by the rise of the whitened error that it makes.
+that nobody listed can. Its size is judged as an effect's: by the rise of the weighted error that it makes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from infotraj.comparing.floor import white_noise
 from infotraj.diagnosis.features import BIN, bins, memory, named, random_features
-from infotraj.diagnosis.fitting import Fit
-from infotraj.diagnosis.leftover import left_over
-from infotraj.diagnosis.search import Search
-from infotraj.diagnosis.sums import WINDOW
-from infotraj.diagnosis.whitened import noise_model, whiten
+from infotraj.diagnosis.observation import Observation
+from infotraj.diagnosis.search import Fit
+from infotraj.diagnosis.spectra import BANDS, Spectrum, spectra
+from infotraj.diagnosis.sums import SLOW_BANDS, WINDOW
 from infotraj.models.interpolation import interpolate
 from infotraj.models.recorded import Samples
 from infotraj.rotations import Array
@@ -36,15 +35,16 @@ class Structure:
     """What is left on one axis.
 
     share: of the error (50 ms means) that held-out flights predict, chance: the most that a shifted residual gives;
-    rise: of the whitened squared error a sample, in units of the floor; goes_with: quantities it correlates with most;
-    hint: a sparse formula that holds up on held-out flights, its share, or None. What is taken up by effects that are
-    not named (`withheld`) has no share (nan).
+    rise: of the weighted squared error, in units of the floor; size: mean square of what is predicted, slow
+    coefficients; goes_with: quantities it correlates with most; hint: a sparse formula that holds up on held-out
+    flights, its share, or None.
     """
 
     axis: str
     share: float
     chance: float
     rise: float
+    size: float
     goes_with: tuple[tuple[str, float], ...]
     hint: str | None
     hint_share: float
@@ -58,17 +58,12 @@ class Unexplained:
     axes: tuple[Structure, ...]
     every: dict[str, Structure] = field(default_factory=dict)
 
-    def beside(self, taken: Sequence[Structure]) -> Unexplained:
-        """The same with what is taken up by effects that are not named: it is not explained either."""
-        axes = sorted([*self.axes, *taken], key=lambda s: -s.rise)
-        return replace(self, found=bool(axes), axes=tuple(axes))
 
-
-def unexplained(search: Search, whole: Fit, rng: np.random.Generator) -> Unexplained:
-    """Looks for structure in what the fitted model `whole` leaves."""
-    left = left_over(search, whole)
-    o = search.observation
-    model = o.model(whole.members)
+def unexplained(whole: Fit, matters: float, rng: np.random.Generator) -> Unexplained:
+    """Looks for structure in what the fitted model `whole` leaves. matters: least rise of the error that counts."""
+    o = whole.linear.observation
+    model = o.model(whole.linear.members(whole.chosen, whole.solution.theta, 0.0))
+    left = [s.residual(model) for s in o.samples]
     predictions = [model.predict(s.prepared) for s in o.samples]
     names = []
     for s in o.samples:
@@ -77,21 +72,22 @@ def unexplained(search: Search, whole: Fit, rng: np.random.Generator) -> Unexpla
     loud: dict[str, Structure] = {}
     held: dict[str, tuple[float, float, tuple, str | None, float]] = {}
     for name in names:
-        table = _table(search, left, predictions, name, rng)
+        table = _table(o, left, predictions, name, rng)
         ridge = _Ridge(table.features, table.fold)
         for i in range(3):
             axis, outcome, fitted = _axis(table, ridge, i)
-            ratio = _loudness(table.target[:, i] - fitted, table, i, search.observation.vehicle.gravity)
+            ratio = _loudness(table.target[:, i] - fitted, table, i, o.vehicle.gravity)
             if ratio is not None:
-                loud[axis] = Structure(axis, 0.0, 0.0, ratio**2, (), None, 0.0)
+                size = float(np.mean((table.target[:, i] - fitted) ** 2)) / (BIN**2 if axis[0] in "vt" else 1.0)
+                loud[axis] = Structure(axis, 0.0, 0.0, ratio**2, size, (), None, 0.0)
             held[axis] = outcome
             for (flight, place, gathered), part in zip(table.where, np.split(fitted, table.cuts), strict=True):
                 channel = o.samples[flight].channels[place]
                 per_sample = part / gathered.size if channel.difference else part
                 predicted[flight][place][:, i] = per_sample[gathered.of_sample]
-    rises = _rises(search, left, predicted)
+    rises = _rises(whole, left, predicted)
     every = {
-        axis: Structure(axis, share, chance, rises[axis], goes, hint, hint_share)
+        axis: Structure(axis, share, chance, *rises[axis], goes, hint, hint_share)
         for axis, (share, chance, goes, hint, hint_share) in held.items()
     }
     ignored = o.ignored
@@ -99,7 +95,7 @@ def unexplained(search: Search, whole: Fit, rng: np.random.Generator) -> Unexpla
     real = [
         s
         for axis, s in every.items()
-        if axis not in ignored and s.share > max(s.chance, _LEAST_SHARE) and s.rise > search.matters
+        if axis not in ignored and s.share > max(s.chance, _LEAST_SHARE) and s.rise > matters
     ]
     named = {s.axis for s in real}
     real += [s for axis, s in loud.items() if axis not in named]
@@ -137,8 +133,7 @@ class _Table:
     cuts: Array
 
 
-def _table(search: Search, left, predictions, name: str, rng: np.random.Generator) -> _Table:
-    o = search.observation
+def _table(o: Observation, left, predictions, name: str, rng: np.random.Generator) -> _Table:
     targets, sides, tables, memories, folds, where = [], [], [], [], [], []
     axes: tuple[str, ...] = ()
     for number, s in enumerate(o.samples):
@@ -153,9 +148,7 @@ def _table(search: Search, left, predictions, name: str, rng: np.random.Generato
             sides.append(np.zeros_like(targets[-1]) if name != "rate" else _binned_change(rate, gathered.time))
             tables.append(named(s, predictions[number], gathered.time))
             memories.append(memory(s, predictions[number], gathered.time))
-            block = o.blocks.of_sample[number][place]
-            first = np.concatenate([[0], np.flatnonzero(np.diff(gathered.of_sample)) + 1])
-            folds.append(o.blocks.fold[block[first]])
+            folds.append(o.blocks.fold[o.blocks.at(number, gathered.time)])
             where.append((number, place, gathered))
     names = [n for n in tables[0] if all(n in t for t in tables)]
     plain = np.concatenate([np.stack([t[n] for n in names], axis=1) for t in tables])
@@ -271,18 +264,24 @@ def _plain_share(x: Array, y: Array, fold: Array) -> float:
     return 1.0 - error / float(np.sum(y**2))
 
 
-def _rises(search: Search, left: list[list[Array]], predicted: list[list[Array]]) -> dict[str, float]:
-    """Rise of the whitened squared error per 50 ms that the predicted structure makes, under the noise without it."""
-    o = search.observation
+def _rises(whole: Fit, left: list[list[Array]], predicted: list[list[Array]]) -> dict[str, tuple[float, float]]:
+    """What the predicted structure makes of the error: its rise per 50 ms under the noise without it, and its size."""
+    o, weights = whole.linear.observation, whole.linear.weights
     rest = [[a - b for a, b in zip(x, y, strict=True)] for x, y in zip(left, predicted, strict=True)]
-    o = o.with_noise(noise_model(o.samples, rest))
-    total: dict[str, float] = {}
-    windows: dict[str, float] = {}
-    for s, with_it, without in zip(o.samples, left, rest, strict=True):
-        white = whiten(s, o.noise, [np.stack([a, b], axis=2) for a, b in zip(with_it, without, strict=True)])
-        for channel, x in zip(s.channels, white, strict=True):
-            for i, axis in enumerate(channel.axes):
-                squares = np.sum(x[:, i] ** 2, axis=0)
-                total[axis] = total.get(axis, 0.0) + float(squares[0] - squares[1])
-                windows[axis] = windows.get(axis, 0.0) + len(x) * channel.step / WINDOW
-    return {axis: total[axis] / windows[axis] for axis in total}
+    joint = [[np.stack([a, b], axis=2) for a, b in zip(x, y, strict=True)] for x, y in zip(left, rest, strict=True)]
+    found: dict[str, list[tuple[Spectrum, Array]]] = {}
+    for s in spectra(o.samples, o.transforms, joint):
+        found.setdefault(s.axis, []).append((s, weights.coherence[weights.axes.index(s.axis)][s.band]))
+    out = {}
+    for axis, parts in found.items():
+        band = np.concatenate([s.band for s, _ in parts])
+        believed = np.concatenate([c for _, c in parts])
+        square = np.concatenate([s.values**2 for s, _ in parts])
+        count = np.maximum(np.bincount(band, minlength=BANDS), 1)
+        noise = np.maximum(np.bincount(band, square[:, 1], minlength=BANDS) / count, 1e-300)
+        rise = float(np.sum(believed * (square[:, 0] - square[:, 1]) / noise[band]))
+        windows = sum(np.ptp(s.time) if len(s.time) else 0.0 for s, _ in parts) / WINDOW
+        slow = band < SLOW_BANDS
+        size = float(np.mean(believed[slow] * (square[slow, 0] - square[slow, 1]))) if slow.any() else 0.0
+        out[axis] = rise / max(windows, 1.0), max(size, 0.0)
+    return out

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from infotraj.diagnosis.candidates import candidates
-from infotraj.diagnosis.diagnosis import observe
+from infotraj.diagnosis.observing import observe
 from infotraj.diagnosis.sensitivities import sensitivities
 from infotraj.effects import catalogue
 from infotraj.errors import UsageError, problem
