@@ -9,7 +9,7 @@ import numpy as np
 
 from infotraj.control.thrust_vector import ThrustVectorController
 from infotraj.control.tracking import TrackingController
-from infotraj.diagnosis.residual import flight_samples
+from infotraj.diagnosis.measure.residual import flight_samples
 from infotraj.effects import effect_class
 from infotraj.flight import Flight
 from infotraj.models import Model

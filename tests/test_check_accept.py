@@ -17,7 +17,7 @@ from infotraj.checking.admission import admitted, checked
 from infotraj.checking.codes import CHECKED, CODES, REFUSED
 from infotraj.checking.command import check_command
 from infotraj.comparing.command import compare_command
-from infotraj.diagnosis.command import add_command, diagnose_command
+from infotraj.diagnosis.report.command import add_command, diagnose_command
 from infotraj.errors import InfotrajError, InputError, UsageError
 from infotraj.flight import Flight
 from infotraj.locating.command import locate_command

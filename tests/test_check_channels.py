@@ -17,7 +17,7 @@ from infotraj.checking.held import held_streams
 from infotraj.checking.report import as_json
 from infotraj.comparing import equation_error
 from infotraj.comparing.rollouts import mean_errors, parse_horizons, rollouts
-from infotraj.diagnosis import premises
+from infotraj.diagnosis.gates import premises
 from infotraj.flight import Flight
 from infotraj.importing import derive
 from infotraj.models import Model

@@ -48,7 +48,8 @@ def test_an_unknown_command_is_usage():
 
 def test_history_starts_without_what_evaluates_a_model():
     code = (
-        "import sys; from click.testing import CliRunner; from infotraj.diagnosis.command import history_command; "
+        "import sys; from click.testing import CliRunner; "
+        "from infotraj.diagnosis.report.command import history_command; "
         "done = CliRunner().invoke(history_command, ['config/vehicles/quadrotor.yaml']); "
         "assert done.exit_code == 0, done.output; "
         "heavy = {'scipy', 'pandas', 'numba', 'matplotlib'} & set(sys.modules); assert not heavy, heavy"

@@ -12,10 +12,10 @@ from click.testing import CliRunner
 from exact_simulation import fly
 
 from infotraj.diagnosis.adding import add
-from infotraj.diagnosis.bounds import beyond_bounds
-from infotraj.diagnosis.command import add_command, diagnose_command
 from infotraj.diagnosis.diagnosis import diagnose
-from infotraj.diagnosis.verdicts import CONFIDENT
+from infotraj.diagnosis.judge.verdicts import CONFIDENT
+from infotraj.diagnosis.report.command import add_command, diagnose_command
+from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.flight import Flight
 from infotraj.models import Model
 from infotraj.models.file import read_model

@@ -12,10 +12,10 @@ from scipy.spatial.transform import Rotation
 
 from infotraj.checking.acceptance import accepting
 from infotraj.comparing.equation_error import AXES, EquationError
-from infotraj.diagnosis.agreement import contradictions
 from infotraj.diagnosis.diagnosis import diagnose
-from infotraj.diagnosis.premises import _thin, doubts, examined
-from infotraj.diagnosis.summary import as_dict, as_text
+from infotraj.diagnosis.gates.agreement import contradictions
+from infotraj.diagnosis.gates.premises import _thin, doubts, examined
+from infotraj.diagnosis.report.summary import as_dict, as_text
 from infotraj.errors import InputError
 from infotraj.flight import Flight
 from infotraj.models import Model

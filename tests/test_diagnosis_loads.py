@@ -12,11 +12,11 @@ import yaml
 from exact_simulation import fly
 
 from infotraj.diagnosis.adding import add
-from infotraj.diagnosis.candidates import candidates
 from infotraj.diagnosis.diagnosis import diagnose
-from infotraj.diagnosis.linear import linearised
-from infotraj.diagnosis.observing import observe
-from infotraj.diagnosis.swinging import shape_of, swung
+from infotraj.diagnosis.gates.observing import observe
+from infotraj.diagnosis.linear.candidates import candidates
+from infotraj.diagnosis.select.around import linearised
+from infotraj.diagnosis.select.swinging import shape_of, swung
 from infotraj.effects import catalogue
 from infotraj.flight import Flight
 from infotraj.models import Model

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from infotraj.diagnosis.prior import SLAB
-from infotraj.diagnosis.score import Choice, Scorer
-from infotraj.diagnosis.sums import Sums
+from infotraj.diagnosis.linear.sums import Sums
+from infotraj.diagnosis.select.prior import SLAB
+from infotraj.diagnosis.select.score import Choice, Scorer
 
 RNG = np.random.default_rng(0)
 

@@ -12,7 +12,7 @@ from exact_simulation import fly
 from infotraj.cli import cli
 from infotraj.diagnosis.adding import add
 from infotraj.diagnosis.diagnosis import diagnose
-from infotraj.diagnosis.summary import as_dict, as_text
+from infotraj.diagnosis.report.summary import as_dict, as_text
 from infotraj.errors import InputError
 from infotraj.flight import COMMAND_STEPS, Flight, read_flight, stepped
 from infotraj.models import Model

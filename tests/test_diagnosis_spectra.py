@@ -7,12 +7,12 @@ import pytest
 import yaml
 from exact_simulation import fly
 
-from infotraj.diagnosis.lapped import lapped
-from infotraj.diagnosis.observing import observe
-from infotraj.diagnosis.residual import Channel, flight_samples
-from infotraj.diagnosis.sensitivities import sensitivities
-from infotraj.diagnosis.spectra import EDGES, Spectrum, spectra, weights
-from infotraj.diagnosis.sums import blocks, gathered
+from infotraj.diagnosis.gates.observing import observe
+from infotraj.diagnosis.linear.sensitivities import sensitivities
+from infotraj.diagnosis.linear.sums import blocks, gathered
+from infotraj.diagnosis.measure.lapped import lapped
+from infotraj.diagnosis.measure.residual import Channel, flight_samples
+from infotraj.diagnosis.noise.spectra import EDGES, Spectrum, spectra, weights
 from infotraj.flight import Flight
 from infotraj.models import Model
 from infotraj.vehicle import load_vehicle

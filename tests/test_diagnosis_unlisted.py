@@ -4,7 +4,7 @@ import pytest
 from hidden_flights import OMAV, fly, truth
 
 from infotraj.diagnosis.diagnosis import diagnose
-from infotraj.diagnosis.summary import sentence
+from infotraj.diagnosis.report.summary import sentence
 from infotraj.models import Model
 from infotraj.robots.plant.hiding import hide
 

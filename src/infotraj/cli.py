@@ -17,9 +17,9 @@ COMMANDS = {
     "check": ("infotraj.checking.command:check_command", "Does a log mean what it says?"),
     "compare": ("infotraj.comparing.command:compare_command", "Model against measurement."),
     "locate": ("infotraj.locating.command:locate_command", "Where a model fails."),
-    "diagnose": ("infotraj.diagnosis.command:diagnose_command", "Which physical effect a model lacks."),
-    "add": ("infotraj.diagnosis.command:add_command", "Add effects to a model, fitted to flights."),
-    "history": ("infotraj.diagnosis.command:history_command", "How the error fell, version by version."),
+    "diagnose": ("infotraj.diagnosis.report.command:diagnose_command", "Which physical effect a model lacks."),
+    "add": ("infotraj.diagnosis.report.command:add_command", "Add effects to a model, fitted to flights."),
+    "history": ("infotraj.diagnosis.report.command:history_command", "How the error fell, version by version."),
     "effects": ("infotraj.effects.command:effects_command", "The catalogue of physical effects."),
     "data": ("infotraj.datasets.command:data_command", "Get or list public data sets."),
 }

@@ -11,14 +11,14 @@ from typing import Any
 from infotraj.checking.acceptance import accepted_in, accepted_lines
 from infotraj.comparing.equation_error import AXES
 from infotraj.comparing.statistics import Statistics
-from infotraj.diagnosis import refusal
-from infotraj.diagnosis.bounds import beyond_bounds
-from infotraj.diagnosis.candidates import candidates
 from infotraj.diagnosis.diagnosis import held_members
-from infotraj.diagnosis.numbers import fitted_numbers
-from infotraj.diagnosis.observing import observe
-from infotraj.diagnosis.prior import file_only, is_file_number
-from infotraj.diagnosis.search import Search
+from infotraj.diagnosis.gates import refusal
+from infotraj.diagnosis.gates.observing import observe
+from infotraj.diagnosis.judge.numbers import fitted_numbers
+from infotraj.diagnosis.linear.candidates import candidates
+from infotraj.diagnosis.select.bounds import beyond_bounds
+from infotraj.diagnosis.select.prior import file_only, is_file_number
+from infotraj.diagnosis.select.search import Search
 from infotraj.dynamics.inputs import for_vehicle
 from infotraj.effects import catalogue, effect_class
 from infotraj.errors import InputError, UsageError, problem
@@ -45,7 +45,7 @@ class Added:
 
     def as_dict(self) -> dict[str, Any]:
         """JSON: effects with parameters and standard errors, errors before and after."""
-        from infotraj.diagnosis.saving import axes
+        from infotraj.diagnosis.report.saving import axes
 
         return {
             "effects": [

@@ -12,19 +12,19 @@ import numpy as np
 from infotraj.checking.acceptance import accepted_in
 from infotraj.comparing.equation_error import AXES
 from infotraj.comparing.statistics import Statistics
-from infotraj.diagnosis import premises, refusal
-from infotraj.diagnosis.bounds import beyond_bounds
-from infotraj.diagnosis.candidates import Candidate, candidates
-from infotraj.diagnosis.doubt import Doubt, as_accepted, of_residual, once, refused_axes, with_mixed
-from infotraj.diagnosis.giving import Given, given
-from infotraj.diagnosis.numbers import FileNumber, file_numbers, fitted_numbers
-from infotraj.diagnosis.observation import Member, Observation
-from infotraj.diagnosis.observing import observe
-from infotraj.diagnosis.prior import file_only
-from infotraj.diagnosis.residual import FlightSamples
-from infotraj.diagnosis.search import Fit, Search
-from infotraj.diagnosis.unexplained import Unexplained, unexplained
-from infotraj.diagnosis.verdicts import CONFIDENT, MATTERS, Finding, Judge, named
+from infotraj.diagnosis.gates import premises, refusal
+from infotraj.diagnosis.gates.doubt import Doubt, as_accepted, of_residual, once, refused_axes, with_mixed
+from infotraj.diagnosis.gates.observing import observe
+from infotraj.diagnosis.judge.giving import Given, given
+from infotraj.diagnosis.judge.numbers import FileNumber, file_numbers, fitted_numbers
+from infotraj.diagnosis.judge.unexplained import Unexplained, unexplained
+from infotraj.diagnosis.judge.verdicts import CONFIDENT, MATTERS, Finding, Judge, named
+from infotraj.diagnosis.linear.candidates import Candidate, candidates
+from infotraj.diagnosis.linear.observation import Member, Observation
+from infotraj.diagnosis.measure.residual import FlightSamples
+from infotraj.diagnosis.select.bounds import beyond_bounds
+from infotraj.diagnosis.select.prior import file_only
+from infotraj.diagnosis.select.search import Fit, Search
 from infotraj.dynamics.inputs import for_vehicle
 from infotraj.effects import Effect, catalogue
 from infotraj.flight import Flight, command_steps

@@ -18,9 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
-from infotraj.diagnosis.candidates import candidates
-from infotraj.diagnosis.observing import observe
-from infotraj.diagnosis.sensitivities import sensitivities
+from infotraj.diagnosis.gates.observing import observe
+from infotraj.diagnosis.linear.candidates import candidates
+from infotraj.diagnosis.linear.sensitivities import sensitivities
 from infotraj.effects import catalogue
 from infotraj.errors import UsageError, problem
 from infotraj.flight import Flight

@@ -15,11 +15,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from infotraj.diagnosis import summary
 from infotraj.diagnosis.adding import add
 from infotraj.diagnosis.diagnosis import diagnose
-from infotraj.diagnosis.saving import save_added, save_diagnosed
-from infotraj.diagnosis.steps import steps
+from infotraj.diagnosis.report import summary
+from infotraj.diagnosis.report.saving import save_added, save_diagnosed
+from infotraj.diagnosis.report.steps import steps
 from infotraj.errors import InfotrajError
 from infotraj.evaluation.pose_error import pose_error
 from infotraj.experiment.closed_loop_residual import Residual, controller, learn, residual_data

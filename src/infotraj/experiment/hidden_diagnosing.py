@@ -8,7 +8,7 @@ import signal
 import time
 from pathlib import Path
 
-from infotraj.diagnosis.command import diagnose_command
+from infotraj.diagnosis.report.command import diagnose_command
 from infotraj.errors import InfotrajError
 
 LIMIT = 120.0  # s of CPU for one diagnosis: ten times what it is meant to take

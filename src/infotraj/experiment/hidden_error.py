@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from infotraj.diagnosis.residual import FlightSamples, flight_samples
+from infotraj.diagnosis.measure.residual import FlightSamples, flight_samples
 from infotraj.errors import InfotrajError
 from infotraj.flight import Flight
 from infotraj.models import Model

@@ -12,10 +12,10 @@ from infotraj.comparing import compare
 from infotraj.comparing.equation_error import equation_error
 from infotraj.comparing.files import write_json
 from infotraj.comparing.summary import as_dict as compared_as_dict
-from infotraj.diagnosis import summary
 from infotraj.diagnosis.diagnosis import diagnose
-from infotraj.diagnosis.observing import observe
-from infotraj.diagnosis.saving import save_diagnosed
+from infotraj.diagnosis.gates.observing import observe
+from infotraj.diagnosis.report import summary
+from infotraj.diagnosis.report.saving import save_diagnosed
 from infotraj.errors import InputError
 from infotraj.experiment.real_cases import RealCase, Window, flight_path, read_cases
 from infotraj.flight import Flight, read_flight

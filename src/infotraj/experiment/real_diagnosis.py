@@ -14,13 +14,14 @@ import pandas as pd
 from infotraj.comparing.equation_error import AXES
 from infotraj.comparing.files import write_json
 from infotraj.comparing.statistics import Statistics
-from infotraj.diagnosis import refusal, summary
 from infotraj.diagnosis.adding import add
 from infotraj.diagnosis.diagnosis import diagnose
-from infotraj.diagnosis.premises import examined
-from infotraj.diagnosis.saving import save_diagnosed
-from infotraj.diagnosis.steps import steps
-from infotraj.diagnosis.verdicts import Finding
+from infotraj.diagnosis.gates import refusal
+from infotraj.diagnosis.gates.premises import examined
+from infotraj.diagnosis.judge.verdicts import Finding
+from infotraj.diagnosis.report import summary
+from infotraj.diagnosis.report.saving import save_diagnosed
+from infotraj.diagnosis.report.steps import steps
 from infotraj.evaluation.lateral_error import lateral_error
 from infotraj.experiment.config import ExperimentConfig
 from infotraj.experiment.real_windows import chosen

@@ -1,0 +1,1 @@
+"""Whether these data can say anything, axis by axis."""

@@ -1,0 +1,37 @@
+"""Flights made ready to be questioned: samples, their transforms and blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from infotraj.diagnosis.gates.premises import command_step
+from infotraj.diagnosis.linear.observation import Observation
+from infotraj.diagnosis.linear.sums import blocks
+from infotraj.diagnosis.measure.residual import FlightSamples, flight_samples
+from infotraj.diagnosis.noise.spectra import spectra, transforms
+from infotraj.errors import InputError, problem
+from infotraj.flight import Flight
+from infotraj.models import Model
+
+
+def observe(
+    model: Model, flights: Sequence[Flight], start: float | None = None, stop: float | None = None
+) -> Observation:
+    """The flights as samples. InputError where a flight has no usable sample on any channel."""
+    samples = tuple(_samples(model, f, start, stop) for f in flights)
+    by = tuple(tuple(turns) for turns in transforms(samples))
+    empty = [[np.zeros((len(c.last), 3, 1)) for c in s.channels] for s in samples]
+    step = max(command_step(f, model.vehicle) for f in flights)
+    return Observation(model.vehicle, samples, by, blocks(spectra(samples, by, empty)), command_step=step)
+
+
+def _samples(model: Model, flight: Flight, start: float | None, stop: float | None) -> FlightSamples:
+    s = flight_samples(model, flight, start, stop)
+    if any(c.name in ("force", "velocity", "rate") for c in s.channels):
+        return s
+    left = ", ".join(f"{v} {k}" for k, v in s.left_out.items() if v)
+    why = "; ".join(f"{k}: {v}" for k, v in s.reasons.items())
+    found = f"{s.flight.meta.get('source', 'flight')}: nothing to compare ({left}; {why})"
+    raise InputError(problem(found, "a flight in the air with commands and measured motion", "Leave it out."))

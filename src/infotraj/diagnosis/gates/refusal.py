@@ -1,0 +1,73 @@
+"""What these flights cannot say: axes whose prediction explains nothing, and answers that no body can have."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from infotraj.comparing.equation_error import AXES, EquationError, equation_error
+from infotraj.comparing.statistics import Statistics, statistics
+from infotraj.diagnosis.gates.doubt import Doubt
+from infotraj.flight import Flight
+from infotraj.models import Model
+from infotraj.rotations import Array
+
+LEAST_EXPLAINED = 0.1  # of the variance of the measured side: below it the prediction is no explanation
+_ABOVE_FLOOR = 3.0  # an error that near the floor is small, whatever it explains
+
+
+def errors(model: Model, flights: Sequence[Flight], start: float | None, stop: float | None) -> Statistics:
+    """Equation error of a model over all flights, axis by axis."""
+    return statistics([equation_error(model, f, start=start, stop=stop) for f in flights])
+
+
+def unanswered(
+    model: Model, flights: Sequence[Flight], start: float | None = None, stop: float | None = None
+) -> list[Doubt]:
+    """Doubts about axes (fx .. tz) on which a fitted model explains next to nothing of what was measured.
+
+    An axis on which the model predicts next to nothing (the side force of a vehicle without tilts) is not one of them.
+    What is explained is what goes with the prediction: an error that is as large as the measured side, as rotors 1 %
+    different make it where a vehicle turns gently, is no disagreement.
+    """
+    made = [equation_error(model, f, start=start, stop=stop) for f in flights]
+    after = statistics(made)
+    found = {}
+    for i, axis in enumerate(AXES):
+        far = np.isfinite(after.rmse[i]) and after.rmse[i] > _ABOVE_FLOOR * after.floor[i]
+        predicted = np.concatenate([e.predicted[e.scored[:, i], i] for e in made])
+        says = len(predicted) > 0 and np.std(predicted) > _ABOVE_FLOOR * after.floor[i]
+        explained = max(after.explained[i], _going_with(made, i)) if far and says else 1.0
+        if explained < LEAST_EXPLAINED:
+            what = f"force along {axis[1]}" if axis[0] == "f" else f"torque about {axis[1]}"
+            share = f"the prediction explains {explained:.0%} of the measured {what}"
+            reason = f"{share}: flights and vehicle file do not agree there (spin, order of rotors, time stamps)"
+            found[axis] = Doubt("axis_disagrees", axis, (axis,), reason)
+    worse = [a for i, a in enumerate(AXES) if a[0] == "t" and a in found and after.explained[i] < 0.0]
+    if model.vehicle.tilts and worse:
+        # Rotors that tilt make every force and torque together: where one torque is not theirs, no axis is sure.
+        return [Doubt("axis_disagrees", "commands", AXES, found[worse[0]].reason)]
+    return list(found.values())
+
+
+def coherence(model: Model, flights: Sequence[Flight], start: float | None, stop: float | None) -> Array:
+    """Share (6,) of the measured force and torque that goes with the model's prediction; NaN where one is missing."""
+    made = [equation_error(model, f, start=start, stop=stop) for f in flights]
+    shown = [any(e.scored[:, i].any() for e in made) for i in range(6)]
+    return np.array([_going_with(made, i) if shown[i] else np.nan for i in range(6)])
+
+
+def _going_with(made: Sequence[EquationError], i: int) -> float:
+    """Share of the measured side of one axis that goes with the prediction, each flight's means removed, 0 to 1."""
+    parts = [(e.measured[e.scored[:, i], i], e.predicted[e.scored[:, i], i]) for e in made]
+    a, b = (np.concatenate([p[k] - p[k].mean() for p in parts if len(p[k])]) for k in (0, 1))
+    together = a @ b / max(np.sqrt((a @ a) * (b @ b)), 1e-300)
+    return float(max(together, 0.0)) ** 2
+
+
+def axis_group(axis: str) -> str | None:
+    """Axis fx .. tz that an axis of the residual stands for; None for kinematic ones."""
+    if axis in AXES:
+        return axis
+    return {"vx": "fx", "vy": "fy", "vz": "fz"}.get(axis)

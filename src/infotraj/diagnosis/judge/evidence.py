@@ -1,0 +1,182 @@
+"""How strong the evidence for an effect is: on flights that were not fitted, and by its probability."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from infotraj.diagnosis.linear.sums import Sums
+from infotraj.diagnosis.select.prior import Scales
+from infotraj.diagnosis.select.search import Fit
+from infotraj.rotations import Array
+
+RESAMPLES = 1000
+_LEAST = 1e-6  # of what a column changes most: an axis that it changes less is not its own
+_COUNTS = 0.2  # of the most affected axis' rise: axes on which an effect acts
+_HALF = 0.5  # of the root mean square error
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Evidence for one effect beside the others of a set.
+
+    heldout_change: relative change of the weighted squared error on flights not fitted, with its 95 % interval;
+    flights_better: folds in which it falls, of all; selected: share of resamples in which it falls; rise: by how much
+    the error on the most affected axis rises without it, in units of the floor; by_axis: that of each axis; axis: the
+    most affected one; takes: mean squared error (slow, weighed by coherence) that it takes off each axis, flights not
+    fitted; share: of what the whole set, file numbers too, takes off an axis, where that is most; probability: that it
+    is needed; form_error: share by which its size differs between parts of the flights.
+    """
+
+    heldout_change: float
+    ci95: tuple[float, float]
+    flights_better: tuple[int, int]
+    selected: float
+    rise: float
+    axis: str
+    by_axis: dict[str, float] = field(default_factory=dict)
+    takes: dict[str, float] = field(default_factory=dict)
+    share: float = 0.0
+    probability: float = 0.0
+    form_error: float = 0.0
+
+
+def evidence(whole: Fit, label: str, rng: np.random.Generator) -> Evidence:
+    """Evidence for one effect of a fitted set: the set as it is against the set without any of the effect's numbers."""
+    linear = whole.linear
+    rest = tuple(i for i in whole.chosen if linear.choices[i].label != label)
+    nats = whole.solution.score - float(whole.scorer.scores([rest])[0])
+    mine = [i for i, c in enumerate(linear.columns) if c.candidate.label == label]
+    without = whole.scorer.beside(rest, whole.solution.each, mine)
+    spread = overdispersion(whole)[0]
+    return _against(whole, without, whole.solution.each, nats / spread, mine, rng)
+
+
+def evidence_of_absent(whole: Fit, choice: int, rng: np.random.Generator) -> Evidence:
+    """The same for one that is not in the set, were it added."""
+    chosen = (*whole.chosen, choice)
+    nats = float(whole.scorer.scores([chosen])[0]) - whole.solution.score
+    added = whole.scorer.solution(chosen)
+    mine = list(whole.linear.choices[choice].columns)
+    return _against(whole, whole.solution.each, added.each, nats / overdispersion(whole)[0], mine, rng, added.theta)
+
+
+def _against(
+    whole: Fit, out: Array, kept: Array, nats: float, mine: Sequence[int], rng, theta: Array | None = None
+) -> Evidence:
+    sums = whole.linear.absent
+    lost, left = whole.error(out), whole.error(kept)
+    draws = resampled(sums.flight, rng)
+    a, b = draws @ lost.sum(axis=0), draws @ left.sum(axis=0)
+    change = (b - a) / np.maximum(a, 1e-300)
+    better = [bool(left[:, sums.fold == f].sum() < lost[:, sums.fold == f].sum()) for f in np.unique(sums.fold)]
+    takes = sums.believed_error(out) - sums.believed_error(kept)
+    floor = np.maximum(sums.believed_error(kept), 1e-300)
+    rise = np.maximum((lost - left).sum(axis=1) / np.maximum(sums.windows.sum(axis=1), 1), takes / floor)
+    # What other numbers do on an axis meanwhile is not this effect's doing.
+    rise = np.where(acts(sums, mine), rise, 0.0)
+    explained = sums.believed_error(np.broadcast_to(whole.scorer.given, kept.shape)) - sums.believed_error(kept)
+    share = np.where((rise > 0.0) & (explained > 0.0), takes / np.maximum(explained, 1e-300), 0.0)
+    total = float(lost.sum())
+    return Evidence(
+        float((left.sum() - total) / max(total, 1e-300)),
+        (float(np.quantile(change, 0.025)), float(np.quantile(change, 0.975))),
+        (sum(better), len(better)),
+        float(np.mean(b < a)),
+        float(rise.max()),
+        sums.axes[int(np.argmax(rise))],
+        dict(zip(sums.axes, map(float, rise), strict=True)),
+        dict(zip(sums.axes, map(float, takes), strict=True)),
+        float(np.clip(share[rise >= _COUNTS * rise.max()].max(initial=0.0), 0.0, 1.0)),
+        float(1.0 / (1.0 + np.exp(-np.clip(nats, -50.0, 50.0)))),
+        form_error(whole, mine, whole.solution.theta if theta is None else theta),
+    )
+
+
+def acts(sums: Sums, mine: Sequence[int]) -> NDArray:
+    """The axes (axes,) whose prediction these columns change."""
+    place = [1 + i for i in mine]
+    size = np.einsum("afii->a", sums.believed[:, :, place][:, :, :, place])
+    return size > _LEAST * size.max(initial=0.0)
+
+
+def rise_beside(whole: Fit, chosen: tuple[int, ...], mine: Sequence[int]) -> float:
+    """By how much the error rises with another set of choices, on the axes of `mine`, as in `Evidence.rise`."""
+    sums = whole.linear.absent
+    near = whole.solution.each
+    other = whole.scorer.beside(chosen, near, mine)
+    weighted = (whole.error(other) - whole.error(near)).sum(axis=1) / np.maximum(sums.windows.sum(axis=1), 1)
+    before, after = sums.believed_error(near), sums.believed_error(other)
+    rise = np.maximum(weighted, (after - before) / np.maximum(before, 1e-300))
+    return float(rise[acts(sums, mine)].max(initial=0.0))
+
+
+def takes_half(whole: Fit, label: str) -> bool:
+    """Whether the set takes half of the error off an axis, beside the file as it is, and without this effect does not.
+
+    On flights that were not fitted.
+    """
+    linear = whole.linear
+    scorer = linear.scorer(Scales(0.0), [m for m in linear.point if m.held])
+    rest = tuple(i for i in whole.chosen if linear.choices[i].label != label)
+    every = linear.absent.plain_error(scorer.solution(whole.chosen).each)
+    return bool(np.any(every < _HALF**2 * linear.absent.plain_error(scorer.solution(rest).each)))
+
+
+def resampled(flight: NDArray, rng: np.random.Generator, count: int = RESAMPLES) -> Array:
+    """How often each block stands in each of `count` resamples, (count, blocks); blocks are drawn within flights."""
+    draws = np.zeros((count, len(flight)))
+    for f in np.unique(flight):
+        own = np.flatnonzero(flight == f)
+        draws[:, own] = rng.multinomial(len(own), np.full(len(own), 1 / len(own)), size=count)
+    return draws
+
+
+def overdispersion(whole: Fit) -> tuple[float, Array]:
+    """How much more the data scatter from block to block than the noise model says, and the numbers' covariance so.
+
+    Sandwich over blocks with a small-sample factor (Liang and Zeger 1986), never below the model's covariance. The
+    factor tempers log probabilities (composite likelihoods; Pauli, Racugno and Ventura 2011). Covariance (p, p), usual
+    sizes.
+    """
+    sums = whole.linear.absent
+    free, inverse = whole.scorer.covariance(whole.chosen)
+    gram = sums.gram.sum(axis=0)
+    score = gram[:, 0, 1:] - gram[:, 1:, 1:] @ whole.solution.theta
+    score = score[:, free]
+    blocks = len(score)
+    meat = (score - score.mean(axis=0)).T @ (score - score.mean(axis=0)) * blocks / max(blocks - 1, 1)
+    robust = inverse @ meat @ inverse
+    columns = {c for i in whole.chosen for c in whole.linear.choices[i].columns}
+    own = np.array([k for k, c in enumerate(free) if c in columns], dtype=int)
+    ratio = np.diag(robust)[own] / np.diag(inverse)[own] if len(own) else np.ones(1)
+    out = np.zeros((sums.width, sums.width))
+    wider = np.sqrt(np.maximum(np.diag(robust) / np.diag(inverse), 1.0))
+    out[np.ix_(free, free)] = inverse * np.outer(wider, wider)
+    return max(1.0, float(np.median(ratio))), out
+
+
+def form_error(whole: Fit, mine: Sequence[int], theta: Array) -> float:
+    """Share by which an effect's size differs from block to block beyond what noise makes of it.
+
+    Its numbers are scaled together, block by block; the variance of the scale between blocks is estimated by moments
+    (DerSimonian and Laird 1986). 0: the formula holds; 1: it changes by as much as it is large.
+    """
+    sums = whole.linear.absent
+    gram = sums.gram.sum(axis=0)
+    step = np.zeros(sums.width)
+    step[list(mine)] = theta[list(mine)]
+    rest = theta - step
+    information = np.einsum("i,bij,j->b", step, gram[:, 1:, 1:], step)
+    pull = (gram[:, 0, 1:] - gram[:, 1:, 1:] @ rest) @ step
+    told = information > 1e-9 * max(information.max(initial=0.0), 1e-300)
+    if told.sum() < 3:
+        return 0.0
+    weight, scale = information[told], pull[told] / information[told]
+    mean = weight @ scale / weight.sum()
+    spread = weight @ (scale - mean) ** 2 - (told.sum() - 1)
+    variance = spread / max(weight.sum() - weight @ weight / weight.sum(), 1e-300)
+    return float(np.sqrt(max(variance, 0.0)) / max(abs(mean), 1e-12))

@@ -1,0 +1,95 @@
+"""Named quantities along a flight that a residual may depend on, and random features for what has no name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from infotraj import rotations
+from infotraj.diagnosis.measure.residual import Channel, FlightSamples
+from infotraj.models import Prediction
+from infotraj.models.interpolation import interpolate
+from infotraj.models.recorded import Samples
+from infotraj.rotations import Array
+
+BIN = 0.05  # s: what is looked for is slower than this
+LAGS = np.arange(0.1, 1.25, 0.1)  # s: a load that swings answers to what the vehicle did before
+_RANDOM = 120
+
+
+@dataclass(frozen=True)
+class Bins:
+    """Samples of a channel gathered in bins of 50 ms of one run: number of the bin of each sample, size, mean time."""
+
+    of_sample: Array
+    size: Array
+    time: Array
+
+
+def bins(samples: FlightSamples, channel: Channel) -> Bins:
+    """The bins of a channel."""
+    t = samples.times(channel)
+    place = np.floor((t - samples.flight.t[0]) / BIN).astype(int)
+    new = np.concatenate([[True], (np.diff(place) != 0) | (np.diff(channel.run) != 0)])
+    number = np.cumsum(new) - 1
+    size = np.bincount(number).astype(float)
+    return Bins(number, size, np.bincount(number, t) / size)
+
+
+def named(samples: FlightSamples, prediction: Prediction, time: Array) -> dict[str, Array]:
+    """Named quantities (N,) at `time` (s): motion, attitude, place, commands, predicted force, time since the start."""
+    r = samples.prepared.recorded
+
+    def at(channel: Samples) -> Array:
+        return interpolate(channel.times, channel.values, time)
+
+    out: dict[str, Array] = {"1": np.ones(len(time))}
+    force = interpolate(prediction.t, np.nan_to_num(prediction.specific_force), time)
+    out |= {f"predicted f{a}": force[:, i] for i, a in enumerate("xyz")}
+    attitude = None
+    if r.attitude is not None:
+        attitude = rotations.matrix(rotations.normalize(at(r.attitude)))
+        out |= {f"R{i + 1}{j + 1}": attitude[:, i, j] for i in range(3) for j in range(3)}
+    if r.position is not None:
+        out |= {f"p{a}": x for a, x in zip("xyz", at(r.position).T, strict=True)}
+    if r.velocity is not None and attitude is not None:
+        v = np.einsum("nji,nj->ni", attitude, at(r.velocity))
+        out |= {f"v{a} body": v[:, i] for i, a in enumerate("xyz")}
+        out |= {f"|v{a}|v{a} body": np.abs(v[:, i]) * v[:, i] for i, a in enumerate("xyz")}
+        out["|v|"] = np.linalg.norm(v, axis=1)
+    if r.rate is not None:
+        w = at(r.rate)
+        out |= {f"w{a}": w[:, i] for i, a in enumerate("xyz")}
+        out |= {f"w{a}w{b}": w[:, i] * w[:, j] for i, a in enumerate("xyz") for j, b in enumerate("xyz") if i <= j}
+    if samples.prepared.vehicle.rotors:
+        out["mean rotor command"] = at(r.rotor).mean(axis=1)
+    for i, values in enumerate(at(r.tilt).T):
+        out |= {f"sin tilt {i}": np.sin(values), f"cos tilt {i}": np.cos(values)}
+    if r.battery is not None:
+        out["battery"] = at(r.battery)[:, 0]
+    out["t"] = time - samples.flight.t[0]
+    return {k: v for k, v in out.items() if np.isfinite(v).all()}
+
+
+def memory(samples: FlightSamples, prediction: Prediction, time: Array) -> Array:
+    """Predicted specific force 0.1 to 1.2 s ago, in today's body axes, (N, 3 x lags); none without an attitude."""
+    attitude = samples.prepared.recorded.attitude
+    if attitude is None:
+        return np.zeros((len(time), 0))
+    q = rotations.normalize(interpolate(attitude.times, attitude.values, prediction.t))
+    world = rotations.to_world(q, np.nan_to_num(prediction.specific_force))
+    now = rotations.normalize(interpolate(attitude.times, attitude.values, time))
+    return np.concatenate(
+        [rotations.to_body(now, interpolate(prediction.t, world, time - lag)) for lag in LAGS], axis=1
+    )
+
+
+def random_features(columns: Array, rng: np.random.Generator, lengthscale: float) -> Array:
+    """Random Fourier features (N, 120) of standardised columns (N, d): a Gaussian process in their place.
+
+    Rahimi and Recht, "Random features for large-scale kernel machines" (2007), squared exponential kernel.
+    """
+    d = columns.shape[1]
+    frequency = rng.standard_normal((d, _RANDOM)) / (lengthscale * np.sqrt(max(d, 1)))
+    return np.cos(columns @ frequency + rng.uniform(0, 2 * np.pi, _RANDOM))

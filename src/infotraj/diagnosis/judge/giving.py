@@ -1,0 +1,181 @@
+"""The model that is given: what is named is added, and no axis is predicted worse for it on flights not fitted.
+
+Numbers are fitted beside the file as it is, as far as they can take along what the file is off by; where an axis would
+be predicted worse for that they stay as found beside the file's own errors. A number with which an axis is still
+predicted worse stays absent: these flights do not agree on it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from infotraj.diagnosis.gates import refusal
+from infotraj.diagnosis.linear.candidates import places
+from infotraj.diagnosis.linear.observation import Member
+from infotraj.diagnosis.linear.sums import SLOW_BANDS
+from infotraj.diagnosis.noise.spectra import spectra
+from infotraj.diagnosis.select.bounds import beyond_bounds
+from infotraj.diagnosis.select.prior import Scales
+from infotraj.diagnosis.select.score import Solution
+from infotraj.diagnosis.select.search import Fit, Search
+from infotraj.rotations import Array
+
+_WORSE = 1.05  # times the error of an axis on flights that were not fitted
+_LEAST = 1e-4  # of an axis' squared error: what changes less does not act on it
+
+
+@dataclass(frozen=True)
+class Given:
+    """The fit of the model that is given. lost: labels of effects of which no number is left, and why; held_back: the
+    same for effects of which some numbers stay absent."""
+
+    fit: Fit
+    lost: dict[str, str] = field(default_factory=dict)
+    held_back: dict[str, str] = field(default_factory=dict)
+
+
+def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
+    """The model with the effects `labels`, from the fit of all that the search took."""
+    if not labels:
+        return Given(whole)
+    made = search.fitted(labels, whole, Scales(0.0))
+    if set(labels) <= set(whole.labels):
+        found = _as_found(search, whole, labels)
+        vehicle = search.observation.vehicle
+        ended = bool(beyond_bounds(made.members, vehicle)) and not beyond_bounds(found.members, vehicle)
+        worst, otherwise = _shares(made).max(), _shares(found).max()
+        if ended or (worst > _WORSE and otherwise < worst):
+            made = found
+    pruned = _pruned(made)
+    return pruned if pruned.lost else _borne_out(search, pruned)
+
+
+def _borne_out(search: Search, made: Given) -> Given:
+    """The same, less the effect for which an axis is worse when the model is computed as it is, not made linear."""
+    axes, before = _computed(search, search.held)
+    after = _computed(search, made.fit.members)[1]
+    share = np.sqrt(after / np.maximum(before, 1e-300))
+    k = int(np.argmax(share))
+    if share[k] <= _WORSE:
+        return made
+    new = [m for m in made.fit.members if not m.held]
+    left = [_computed(search, [x for x in made.fit.members if x is not m])[1][k] for m in new]
+    label = new[int(np.argmin(left))].candidate.label
+    axis = refusal.axis_group(axes[k]) or axes[k]
+    return replace(made, lost={label: f"{axis} is predicted worse with it, by {share[k] - 1:.0%}"})
+
+
+def _computed(search: Search, members: Sequence[Member]) -> tuple[list[str], Array]:
+    """Axes and mean square (axes,) of the slow coefficients that a model leaves; infinite where it predicts nothing."""
+    o = search.observation
+    raw = o.raw(o.model(members))
+    axes = list(dict.fromkeys(a for s in o.samples for c in s.channels for a in c.axes))
+    if raw is None:
+        return axes, np.full(len(axes), np.inf)
+    total, count = np.zeros(len(axes)), np.zeros(len(axes))
+    for s in spectra(o.samples, o.transforms, [[x[:, :, None] for x in flight] for flight in raw]):
+        slow = s.values[s.band < SLOW_BANDS, 0]
+        total[axes.index(s.axis)] += slow @ slow
+        count[axes.index(s.axis)] += len(slow)
+    return axes, total / np.maximum(count, 1)
+
+
+def _as_found(search: Search, whole: Fit, labels: Sequence[str]) -> Fit:
+    """The effects with the numbers that the search found for them, and the file as it is."""
+    linear = whole.linear
+    chosen = tuple(i for i in whole.chosen if linear.choices[i].label in labels)
+    kept = sorted({*linear.kept, *(c for i in chosen for c in linear.choices[i].columns)})
+    out = np.ones(linear.sums.width, dtype=bool)
+    out[kept] = False
+    theta, each = whole.solution.theta.copy(), whole.solution.each.copy()
+    theta[out], each[:, out] = 0.0, 0.0
+    before = linear.scorer(Scales(0.0), search.held).given
+    if linear.kept:
+        # The effects that the model has stay as they are.
+        theta[list(linear.kept)] = before[list(linear.kept)]
+        each[:, list(linear.kept)] = before[list(linear.kept)]
+    return _at(replace(whole, chosen=chosen, scales=Scales(0.0), held=search.held), theta, each)
+
+
+def _at(made: Fit, theta: Array, each: Array) -> Fit:
+    """A fit with other numbers."""
+    linear = made.linear
+    point = linear.members(made.chosen, theta, shift=np.inf)
+    solution = Solution(made.chosen, made.solution.score, theta, each)
+    return replace(made, linear=replace(linear, point=point), solution=solution)
+
+
+def _shares(made: Fit, each: Array | None = None) -> Array:
+    """Root mean square error (axes,) that is left on flights not fitted, as a share of that of the model as given."""
+    sums = made.linear.absent
+    each = made.solution.each if each is None else each
+    before = sums.plain_error(np.broadcast_to(made.scorer.given, each.shape))
+    return np.where(before > 0, np.sqrt(sums.plain_error(each) / np.maximum(before, 1e-300)), 0.0)
+
+
+def _pruned(made: Fit) -> Given:
+    """The fit without the numbers for which an axis is predicted worse."""
+    units = _units(made)
+    theta, each = made.solution.theta.copy(), made.solution.each.copy()
+    why: dict[str, str] = {}
+    gone: set[tuple[int, ...]] = set()
+    while True:
+        share = _shares(made, each)
+        k = int(np.argmax(share))
+        left = [u for u in units if u not in gone and _acts(made, each, u, k)]
+        if share[k] <= _WORSE or not left:
+            break
+        tried = {u: _without(theta, each, u) for u in left}
+        best = min(left, key=lambda u: _shares(made, tried[u][1])[k])
+        axis = refusal.axis_group(made.linear.sums.axes[k]) or made.linear.sums.axes[k]
+        why.setdefault(units[best], f"{axis} is predicted worse with it, by {share[k] - 1:.0%}")
+        gone.add(best)
+        theta, each = tried[best]
+        if all(u in gone for u, owner in units.items() if owner == units[best]):
+            break  # what is left is fitted anew without it
+    if not gone:
+        return Given(made)
+    lost, held_back = {}, {}
+    for label, reason in why.items():
+        own = [u for u, owner in units.items() if owner == label]
+        out = [u for u in own if u in gone]
+        if len(out) == len(own):
+            lost[label] = f"{reason}, on flights that were not fitted"
+        else:
+            columns = [made.linear.columns[u[0]] for u in out]
+            at = places(columns[0].candidate, made.linear.observation.vehicle)
+            names = ", ".join(f"{at[c.place].parameter}[{at[c.place].component}]" for c in columns)
+            held_back[label] = f"without {names} in the model: {reason}, on flights that were not fitted"
+    return Given(_at(made, theta, each), lost, held_back)
+
+
+def _units(made: Fit) -> dict[tuple[int, ...], str]:
+    """What may stay absent by itself, with its effect's label: each number of a vector, or an effect as a whole."""
+    units: dict[tuple[int, ...], str] = {}
+    for i in made.chosen:
+        choice = made.linear.choices[i]
+        columns = [made.linear.columns[c] for c in choice.columns]
+        at = places(columns[0].candidate, made.linear.observation.vehicle)
+        vector = len({at[c.place].parameter for c in columns}) == 1 and len(columns) > 1
+        for unit in [(c,) for c in choice.columns] if vector else [choice.columns]:
+            units[unit] = choice.label
+    return units
+
+
+def _acts(made: Fit, each: Array, columns: Sequence[int], axis: int) -> bool:
+    """Whether these numbers change what is predicted of an axis."""
+    sums = made.linear.absent
+    place = [1 + c for c in columns]
+    gram = sums.plain[axis][:, place][:, :, place]
+    moved = np.einsum("fi,fij,fj->", each[:, list(columns)], gram, each[:, list(columns)])
+    return bool(moved > _LEAST * sums.plain[axis, :, 0, 0].sum())
+
+
+def _without(theta: Array, each: Array, columns: Sequence[int]) -> tuple[Array, Array]:
+    """Numbers, on all folds and without each, after these columns have been taken out."""
+    theta, each = theta.copy(), each.copy()
+    theta[list(columns)], each[:, list(columns)] = 0.0, 0.0
+    return theta, each

@@ -1,0 +1,287 @@
+"""Whether structured error is left that no effect of the model explains, where it is, and what it goes with.
+
+What is left of the fitted model, file numbers corrected, is averaged over 50 ms and predicted on held-out
+flights from named quantities, from what the vehicle did in the last second, and from random features of the motion (a
+Gaussian process by its features). Turbulence and sensor noise cannot be predicted so, whatever their colour; an effect
+that nobody listed can. Its size is judged as an effect's: by the rise of the weighted error that it makes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from infotraj.comparing.floor import white_noise
+from infotraj.diagnosis.judge.features import BIN, bins, memory, named, random_features
+from infotraj.diagnosis.linear.observation import Observation
+from infotraj.diagnosis.linear.sums import SLOW_BANDS, WINDOW
+from infotraj.diagnosis.noise.spectra import BANDS, Spectrum, spectra
+from infotraj.diagnosis.select.search import Fit
+from infotraj.models.interpolation import interpolate
+from infotraj.models.recorded import Samples
+from infotraj.rotations import Array
+
+_RIDGES = 10.0 ** np.arange(-1.0, 5.5, 0.5)
+_SHIFTS = 12
+_TERMS = 3
+_LEAST_SHARE = 0.05
+_LOUD = 10.0
+
+
+@dataclass(frozen=True)
+class Structure:
+    """What is left on one axis.
+
+    share: of the error (50 ms means) that held-out flights predict, chance: the most that a shifted residual gives;
+    rise: of the weighted squared error, in units of the floor; size: mean square of what is predicted, slow
+    coefficients; goes_with: quantities it correlates with most; hint: a sparse formula that holds up on held-out
+    flights, its share, or None.
+    """
+
+    axis: str
+    share: float
+    chance: float
+    rise: float
+    size: float
+    goes_with: tuple[tuple[str, float], ...]
+    hint: str | None
+    hint_share: float
+
+
+@dataclass(frozen=True)
+class Unexplained:
+    """found: whether structured error that matters is left; axes: where it is, largest first; every: all axes."""
+
+    found: bool
+    axes: tuple[Structure, ...]
+    every: dict[str, Structure] = field(default_factory=dict)
+
+
+def unexplained(whole: Fit, matters: float, rng: np.random.Generator) -> Unexplained:
+    """Looks for structure in what the fitted model `whole` leaves. matters: least rise of the error that counts."""
+    o = whole.linear.observation
+    model = o.model(whole.linear.members(whole.chosen, whole.solution.theta, 0.0))
+    left = [s.residual(model) for s in o.samples]
+    predictions = [model.predict(s.prepared) for s in o.samples]
+    names = []
+    for s in o.samples:
+        names += [c.name for c in s.channels if c.name not in names]
+    predicted = [[np.zeros_like(x) for x in flight] for flight in left]
+    loud: dict[str, Structure] = {}
+    held: dict[str, tuple[float, float, tuple, str | None, float]] = {}
+    for name in names:
+        table = _table(o, left, predictions, name, rng)
+        ridge = _Ridge(table.features, table.fold)
+        for i in range(3):
+            axis, outcome, fitted = _axis(table, ridge, i)
+            ratio = _loudness(table.target[:, i] - fitted, table, i, o.vehicle.gravity)
+            if ratio is not None:
+                size = float(np.mean((table.target[:, i] - fitted) ** 2)) / (BIN**2 if axis[0] in "vt" else 1.0)
+                loud[axis] = Structure(axis, 0.0, 0.0, ratio**2, size, (), None, 0.0)
+            held[axis] = outcome
+            for (flight, place, gathered), part in zip(table.where, np.split(fitted, table.cuts), strict=True):
+                channel = o.samples[flight].channels[place]
+                per_sample = part / gathered.size if channel.difference else part
+                predicted[flight][place][:, i] = per_sample[gathered.of_sample]
+    rises = _rises(whole, left, predicted)
+    every = {
+        axis: Structure(axis, share, chance, *rises[axis], goes, hint, hint_share)
+        for axis, (share, chance, goes, hint, hint_share) in held.items()
+    }
+    ignored = o.ignored
+    loud = {axis: s for axis, s in loud.items() if axis not in ignored}
+    real = [
+        s
+        for axis, s in every.items()
+        if axis not in ignored and s.share > max(s.chance, _LEAST_SHARE) and s.rise > matters
+    ]
+    named = {s.axis for s in real}
+    real += [s for axis, s in loud.items() if axis not in named]
+    return Unexplained(bool(real), tuple(sorted(real, key=lambda s: -s.rise)), every)
+
+
+def _loudness(y: Array, table: _Table, i: int, gravity: float) -> float | None:
+    """How far what cannot be predicted lies above its own fast noise, where it is far, slow and large; else None.
+
+    Large: 3 % of gravity, or a fifth of the measured change of rate. Hidden motion that no recorded quantity predicts
+    (a load that tumbles) is structure too; ordinary turbulence stays below.
+    """
+    name = table.axes[i]
+    if name[0] not in "fvt" or name.startswith("turn"):
+        return None
+    floor = float(white_noise(BIN * np.arange(len(y)), y[:, None])[0])
+    size = float(np.sqrt(np.mean(y**2)))
+    least = 0.03 * gravity * (BIN if name[0] == "v" else 1.0)
+    if name[0] == "t":
+        least = 0.2 * float(np.sqrt(np.mean(table.measured[:, i] ** 2)))
+    return size / floor if size > _LOUD * floor and size > least else None
+
+
+@dataclass(frozen=True)
+class _Table:
+    """Targets and what was measured (N, 3), features (N, d), named ones first, and folds (N,), of one channel."""
+
+    axes: tuple[str, ...]
+    target: Array
+    measured: Array
+    features: Array
+    names: tuple[str, ...]
+    fold: Array
+    where: list
+    cuts: Array
+
+
+def _table(o: Observation, left, predictions, name: str, rng: np.random.Generator) -> _Table:
+    targets, sides, tables, memories, folds, where = [], [], [], [], [], []
+    axes: tuple[str, ...] = ()
+    for number, s in enumerate(o.samples):
+        for place, channel in enumerate(s.channels):
+            if channel.name != name:
+                continue
+            axes = channel.axes
+            gathered = bins(s, channel)
+            total = np.stack([np.bincount(gathered.of_sample, left[number][place][:, i]) for i in range(3)], axis=1)
+            targets.append(total if channel.difference else total / gathered.size[:, None])
+            rate = s.prepared.recorded.rate
+            sides.append(np.zeros_like(targets[-1]) if name != "rate" else _binned_change(rate, gathered.time))
+            tables.append(named(s, predictions[number], gathered.time))
+            memories.append(memory(s, predictions[number], gathered.time))
+            folds.append(o.blocks.fold[o.blocks.at(number, gathered.time)])
+            where.append((number, place, gathered))
+    names = [n for n in tables[0] if all(n in t for t in tables)]
+    plain = np.concatenate([np.stack([t[n] for n in names], axis=1) for t in tables])
+    width = min(m.shape[1] for m in memories)  # 0 where a flight has no attitude to look back with
+    past = np.concatenate([m[:, :width] for m in memories])
+    z = (plain - plain.mean(axis=0)) / np.maximum(plain.std(axis=0), 1e-9)
+    moves = plain.std(axis=0) > 1e-6 * np.maximum(np.abs(plain).max(axis=0), 1e-12)
+    place = [k for k, n in enumerate(names) if n in ("px", "py", "pz") and moves[k]]
+    motion = [
+        k
+        for k, n in enumerate(names)
+        if moves[k]
+        and n.split()[0] in ("px", "py", "pz", "vx", "vy", "vz", "R13", "R23", "R33", "R11", "R21", "wx", "wy", "wz")
+    ]
+    parts = [z[:, moves], np.ones((len(z), 1)), _standard(past)]
+    if place:
+        parts.append(random_features(z[:, place], rng, 0.7))
+    if motion:
+        parts.append(random_features(z[:, motion], rng, 1.0))
+    kept = tuple(n for n, m in zip(names, moves, strict=True) if m)
+    cuts = np.cumsum([len(t) for t in targets])[:-1]
+    return _Table(
+        axes,
+        np.concatenate(targets),
+        np.concatenate(sides),
+        np.concatenate(parts, axis=1),
+        kept,
+        np.concatenate(folds),
+        where,
+        cuts,
+    )
+
+
+def _binned_change(rate: Samples, time: Array) -> Array:
+    """Measured change of the rate over the bins at `time`."""
+    half = 0.5 * BIN
+    return interpolate(rate.times, rate.values, time + half) - interpolate(rate.times, rate.values, time - half)
+
+
+def _standard(x: Array) -> Array:
+    return (x - x.mean(axis=0)) / np.maximum(x.std(axis=0), 1e-9) if x.shape[1] else x
+
+
+def _axis(table: _Table, ridge: _Ridge, i: int) -> tuple[str, tuple, Array]:
+    y = table.target[:, i]
+    size = max(float(y.std()), 1e-300)
+    share, fitted = ridge.held_out(y / size)
+    null = 0.0
+    if share > _LEAST_SHARE:
+        for k in range(1, _SHIFTS + 1):
+            shifted = y.copy()
+            for f in np.unique(table.fold):
+                rows = np.flatnonzero(table.fold == f)
+                shifted[rows] = np.roll(y[rows], round(len(rows) * k / (_SHIFTS + 1)))
+            null = max(null, ridge.held_out(shifted / size)[0])
+    columns = table.features[:, : len(table.names)]
+    spread = columns.std(axis=0) * max(float(y.std()), 1e-300)
+    correlation = (columns * (y - y.mean())[:, None]).mean(axis=0) / np.maximum(spread, 1e-300)
+    order = np.argsort(-np.abs(correlation))[:3]
+    goes = tuple((table.names[k], float(correlation[k])) for k in order)
+    hint, hint_share = None, 0.0
+    if share > max(_LEAST_SHARE, null):
+        hint, hint_share = _formula(columns, table.names, y / size, table.fold, table.axes[i])
+    return table.axes[i], (share, null, goes, hint, hint_share), fitted * size
+
+
+class _Ridge:
+    """Ridge regression of any target (N,) on features (N, d), fitted on all folds but one and tested on that one."""
+
+    def __init__(self, x: Array, fold: Array) -> None:
+        self.parts = []
+        grams = {f: x[fold == f].T @ x[fold == f] for f in np.unique(fold)}
+        gram = sum(grams.values())
+        for f in grams:
+            values, vectors = np.linalg.eigh(gram - grams[f])
+            along_train, along_test = x[fold != f] @ vectors, x[fold == f] @ vectors
+            self.parts.append((fold == f, along_train, along_test, np.maximum(values, 0.0)))
+
+    def held_out(self, y: Array) -> tuple[float, Array]:
+        """Share of y's square that is predicted, its ridge chosen there, and the prediction (N,)."""
+        total = np.zeros((len(_RIDGES), len(y)))
+        for out, train, test, values in self.parts:
+            theta = (train.T @ y[~out])[:, None] / (values[:, None] + _RIDGES)
+            total[:, out] = (test @ theta).T
+        errors = np.sum((y - total) ** 2, axis=1)
+        best = int(np.argmin(errors))
+        return float(1.0 - errors[best] / np.sum(y**2)), total[best]
+
+
+def _formula(x: Array, names: Sequence[str], y: Array, fold: Array, axis: str) -> tuple[str | None, float]:
+    """Up to three named terms by forward selection on the held-out error (orthogonal matching pursuit)."""
+    chosen: list[int] = []
+    best = 0.0
+    for _ in range(_TERMS):
+        scores = [(_plain_share(x[:, [*chosen, k]], y, fold), k) for k in range(x.shape[1]) if k not in chosen]
+        share, k = max(scores)
+        if share < best + 0.03:
+            break
+        chosen.append(k)
+        best = share
+    if not chosen:
+        return None, 0.0
+    return f"{axis} goes with " + " + ".join(names[k] for k in chosen), best
+
+
+def _plain_share(x: Array, y: Array, fold: Array) -> float:
+    x = np.column_stack([np.ones(len(x)), x])
+    error = 0.0
+    for f in np.unique(fold):
+        out = fold == f
+        theta = np.linalg.lstsq(x[~out], y[~out], rcond=1e-10)[0]
+        error += float(np.sum((y[out] - x[out] @ theta) ** 2))
+    return 1.0 - error / float(np.sum(y**2))
+
+
+def _rises(whole: Fit, left: list[list[Array]], predicted: list[list[Array]]) -> dict[str, tuple[float, float]]:
+    """What the predicted structure makes of the error: its rise per 50 ms under the noise without it, and its size."""
+    o, weights = whole.linear.observation, whole.linear.weights
+    rest = [[a - b for a, b in zip(x, y, strict=True)] for x, y in zip(left, predicted, strict=True)]
+    joint = [[np.stack([a, b], axis=2) for a, b in zip(x, y, strict=True)] for x, y in zip(left, rest, strict=True)]
+    found: dict[str, list[tuple[Spectrum, Array]]] = {}
+    for s in spectra(o.samples, o.transforms, joint):
+        found.setdefault(s.axis, []).append((s, weights.coherence[weights.axes.index(s.axis)][s.band]))
+    out = {}
+    for axis, parts in found.items():
+        band = np.concatenate([s.band for s, _ in parts])
+        believed = np.concatenate([c for _, c in parts])
+        square = np.concatenate([s.values**2 for s, _ in parts])
+        count = np.maximum(np.bincount(band, minlength=BANDS), 1)
+        noise = np.maximum(np.bincount(band, square[:, 1], minlength=BANDS) / count, 1e-300)
+        rise = float(np.sum(believed * (square[:, 0] - square[:, 1]) / noise[band]))
+        windows = sum(np.ptp(s.time) if len(s.time) else 0.0 for s, _ in parts) / WINDOW
+        slow = band < SLOW_BANDS
+        size = float(np.mean(believed[slow] * (square[slow, 0] - square[slow, 1]))) if slow.any() else 0.0
+        out[axis] = rise / max(windows, 1.0), max(size, 0.0)
+    return out

@@ -1,0 +1,175 @@
+"""The verdict on every effect of the catalogue: of those in the fitted set, and of those that the search left out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from infotraj.diagnosis.gates import refusal
+from infotraj.diagnosis.judge.evidence import Evidence, evidence, evidence_of_absent, takes_half
+from infotraj.diagnosis.judge.groups import Rival, rivals
+from infotraj.diagnosis.judge.numbers import fitted_numbers, values_of
+from infotraj.diagnosis.judge.unexplained import Unexplained
+from infotraj.diagnosis.linear.candidates import Candidate
+from infotraj.diagnosis.linear.observation import Member
+from infotraj.diagnosis.select.bounds import beyond_bounds
+from infotraj.diagnosis.select.search import Fit, Search
+
+CONFIDENT = ("Supported", "Not separable")
+MATTERS = 0.05  # rise of the squared error, in units of the floor, below which an effect does not matter
+_SHARE = 0.05  # of what is explained at all, below which an effect is negligible,
+_LARGE = 1.0  # unless without it the error that is left doubles
+_LIKELY = 0.5
+SURE = 0.95  # probability that an effect is needed, and share of resamples that must need it
+_MAIN = 0.2  # of the most affected axis' rise: axes on which an effect acts
+_CHANGES = 1.0  # form error with which a number changes by as much as it is large
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One effect: its verdict, group, evidence, and numbers where it was fitted. `reason`: why, in words."""
+
+    name: str
+    verdict: str
+    group: tuple[str, ...]
+    evidence: Evidence | None
+    parameters: dict[str, Any]
+    standard_errors: dict[str, Any]
+    reason: str = ""
+    instances: tuple[dict[str, Any], ...] = ()
+
+
+@dataclass(frozen=True)
+class Judge:
+    """What verdicts are drawn from: the search, the fitted set, names of the catalogue, structure that is left, axes on
+    which nothing can be said."""
+
+    search: Search
+    whole: Fit
+    order: tuple[str, ...]
+    left: Unexplained
+    refused: Mapping[str, str]
+    matters: float
+    rng: np.random.Generator
+
+    def findings(self, hidden: Mapping[str, str]) -> tuple[tuple[Finding, ...], dict[str, Rival]]:
+        """One finding for each effect of the catalogue, in its order, and rivals that stand for a group, by name.
+
+        hidden: what has no candidate, and why.
+        """
+        numbers = dict(zip(self.whole.members, fitted_numbers(self.whole), strict=True))
+        out: dict[str, Finding] = {}
+        stand: dict[str, Rival] = {}
+        instances: dict[str, list[dict[str, Any]]] = {}
+        for m in self.whole.members:
+            instances.setdefault(m.candidate.name, []).append(values_of(m))
+            for f, rival in self._of_member(m, numbers[m]):
+                old = out.get(f.name)
+                if old is None or (old.verdict not in CONFIDENT and f.verdict in CONFIDENT):
+                    out[f.name] = f
+                    if rival is not None:
+                        stand[f.name] = rival
+        for name, values in instances.items():
+            if len(values) > 1 and name in out:
+                out[name] = replace(out[name], instances=tuple(values))
+        for name in self.order:
+            if name not in out:
+                absent = Finding(name, "Not testable here", (name,), None, {}, {}, hidden.get(name, ""))
+                out[name] = absent if name in hidden else self._of_absent(name)
+        return tuple(out[n] for n in self.order), stand
+
+    def _of_member(self, m: Member, errors: dict[str, Any]) -> list[tuple[Finding, Rival | None]]:
+        name, label = m.candidate.name, m.candidate.label
+        if m.held:
+            reason = "in the model already"
+            return [(Finding(name, "Not needed", (name,), None, values_of(m), errors, reason), None)]
+        found = evidence(self.whole, label, self.rng)
+        verdict, reason = self._doubt(m, found)
+        if verdict is not None:
+            return [(Finding(name, verdict, (name,), found, values_of(m), errors, reason), None)]
+        alike = [r for r in rivals(self.search, self.whole, label, self.matters) if r.label.split()[0] != name]
+        members: list[tuple[Member, dict[str, Any], Rival | None]] = [(m, errors, None)]
+        for r in alike:
+            own = dict(zip((x.candidate.label for x in r.fit.members), fitted_numbers(r.fit), strict=True))
+            other = next(x for x in r.fit.members if x.candidate.label == r.label)
+            members.append((other, own[r.label], r))
+        vehicle = self.search.observation.vehicle
+        members.sort(key=lambda x: (x[0].candidate.count(vehicle), self.order.index(x[0].candidate.name)))
+        names = tuple(dict.fromkeys(x[0].candidate.name for x in members))
+        if len(names) == 1:
+            return [(Finding(name, "Supported", names, found, values_of(m), errors), None)]
+        reason = f"these flights cannot tell {' from '.join(names)}"
+        return [
+            (Finding(x.candidate.name, "Not separable", names, found, values_of(x), own, reason), r)
+            for x, own, r in members
+        ]
+
+    def _doubt(self, m: Member, e: Evidence) -> tuple[str | None, str]:
+        """Why a member of the set is not named with confidence: verdict and reason, (None, "") where it is."""
+        ended = beyond_bounds([m], self.search.observation.vehicle)
+        small = e.rise < self.matters or (e.share < _SHARE and e.rise < _LARGE)
+        half = (small or e.probability < SURE) and takes_half(self.whole, m.candidate.label)
+        if small and not half:
+            return "Not needed", "real, but negligible beside what the vehicle file is off by"
+        if ended:
+            return "Plausible", ended[m.candidate.label]
+        # What takes half of an error off flights that were not fitted is named, though the file could be that far off.
+        if e.probability < (_LIKELY if half else SURE) or e.selected < SURE:
+            chance = f"{e.probability:.0%} probable, better on {e.selected:.0%} of the resamples"
+            return "Plausible", f"{chance} of flights that were not fitted"
+        if e.form_error >= _CHANGES:
+            return "Plausible", f"its size changes from place to place by {e.form_error:.0%}"
+        beside = self._beside_more(e)
+        return ("Plausible", beside) if beside else (None, "")
+
+    def _beside_more(self, e: Evidence) -> str:
+        """That more structure is left than the effect takes off, on every axis on which it acts; empty if not."""
+        most = max(e.takes.values(), default=0.0)
+        acts = [a for a, r in e.by_axis.items() if r >= _MAIN * e.rise and e.takes[a] > 0.0 and most > 0.0]
+        found = {s.axis: s for s in self.left.axes}
+        if not acts or any(a not in found or e.takes[a] >= found[a].size for a in acts):
+            return ""
+        axis = max(acts, key=lambda a: e.by_axis[a])
+        share = e.takes[axis] / max(found[axis].size, 1e-300)
+        group = refusal.axis_group(axis) or axis
+        return f"on {group} it takes {share:.0%} of what is left and goes with the motion: it may be part of that"
+
+    def _of_absent(self, name: str) -> Finding:
+        linear = self.whole.linear
+        mine = [i for i, c in enumerate(linear.choices) if c.label.split()[0] == name and np.isfinite(c.price)]
+        if not mine:
+            return Finding(name, "Not needed", (name,), None, {}, {}, "in the model already")
+        scores = self.whole.scorer.scores([(*self.whole.chosen, i) for i in mine])
+        best = mine[int(np.argmax(scores))]
+        candidate = next(c for c in self.search.known if c.label == linear.choices[best].label)
+        silent = self._shows_nothing(best, candidate)
+        if silent:
+            return Finding(name, "Not testable here", (name,), None, {}, {}, silent)
+        found = evidence_of_absent(self.whole, best, self.rng) if np.isfinite(max(scores)) else None
+        likely = found is not None and found.probability > 0.5 and found.rise >= self.matters
+        reason = "" if not likely else f"{found.probability:.0%} probable"
+        return Finding(name, "Plausible" if likely else "Not needed", (name,), found, {}, {}, reason)
+
+    def _shows_nothing(self, choice: int, candidate: Candidate) -> str:
+        """Why an effect of usual size would not be seen on these flights; empty where it would."""
+        columns = [1 + c for c in self.whole.linear.choices[choice].columns]
+        gram = self.whole.linear.sums.gram.sum(axis=(0, 1))
+        told = max(gram[c, c] for c in columns)
+        inside = {x.candidate.name for x in self.whole.members}
+        if candidate.cls.beside and not inside & set(candidate.cls.beside):
+            return f"it acts beside {' or '.join(candidate.cls.beside)} only"
+        refused = f" ({next(iter(self.refused.values()))})" if self.refused else ""
+        return "" if told > 1.0 else f"these flights do not excite it: one of usual size would not show{refused}"
+
+
+def named(findings: Sequence[Finding]) -> tuple[str, ...]:
+    """Names of Supported effects and of each group's simplest member."""
+    names: list[str] = []
+    for f in findings:
+        name = f.name if f.verdict == "Supported" else f.group[0] if f.verdict == "Not separable" else None
+        if name is not None and name not in names:
+            names.append(name)
+    return tuple(names)

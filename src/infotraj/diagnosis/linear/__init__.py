@@ -1,0 +1,1 @@
+"""What may be missing, its columns, and sums over blocks of flights."""

@@ -1,0 +1,92 @@
+"""The flights at hand and the model that they question: what every stage of a diagnosis works on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from infotraj.diagnosis.linear.candidates import Candidate, Place, places, read, written
+from infotraj.diagnosis.linear.sums import Blocks
+from infotraj.diagnosis.measure.lapped import Lapped
+from infotraj.diagnosis.measure.residual import FlightSamples
+from infotraj.effects.base import Effect
+from infotraj.errors import InputError
+from infotraj.models import Model
+from infotraj.rotations import Array
+from infotraj.vehicle import Vehicle
+
+
+@dataclass(frozen=True)
+class Member:
+    """An effect that is in the model now, as a candidate with its values. `held`: it may not be taken out."""
+
+    candidate: Candidate
+    effect: Effect
+    held: bool = False
+
+    def places(self, vehicle: Vehicle) -> list[Place]:
+        """Its fitted numbers."""
+        return places(self.candidate, vehicle)
+
+
+@dataclass(frozen=True)
+class Observation:
+    """Flights as samples, their transforms, their blocks, and a vehicle.
+
+    ignored: axes of no weight; command_step: s, the longest time between rows with commands.
+    """
+
+    vehicle: Vehicle
+    samples: tuple[FlightSamples, ...]
+    transforms: tuple[tuple[Lapped, ...], ...]
+    blocks: Blocks
+    ignored: frozenset[str] = frozenset()
+    command_step: float = 0.0
+
+    def model(self, members: Sequence[Member]) -> Model:
+        """The vehicle with these effects."""
+        return Model(self.vehicle, [m.effect for m in members])
+
+    def raw(self, model: Model) -> list[list[Array]] | None:
+        """Residuals of all flights; None where the model cannot be evaluated."""
+        try:
+            # Numbers far from any flight may overflow: such a model is not one.
+            with np.errstate(all="ignore"):
+                found = [s.residual(model) for s in self.samples]
+        except InputError:
+            return None
+        return found if all(np.isfinite(x).all() for flight in found for x in flight) else None
+
+    def without_axes(self, axes: AbstractSet[str]) -> Observation:
+        """The same flights with these axes, by name, left out of everything that is weighed."""
+        return replace(self, ignored=self.ignored | axes)
+
+
+def packed(members: Sequence[Member], vehicle: Vehicle) -> tuple[Array, list[tuple[int, Place]]]:
+    """Fitted numbers of all members, each in units of its scale, and whose they are."""
+    x, owner = [], []
+    for number, m in enumerate(members):
+        at = m.places(vehicle)
+        x.append(read(m.effect, at) / [p.scale for p in at])
+        owner += [(number, p) for p in at]
+    return (np.concatenate(x) if x else np.zeros(0)), owner
+
+
+def unpacked(members: Sequence[Member], vehicle: Vehicle, x: Array) -> list[Member]:
+    """The members with fitted numbers x."""
+    out, start = [], 0
+    for m in members:
+        at = m.places(vehicle)
+        values = x[start : start + len(at)] * np.array([p.scale for p in at])
+        values = np.clip(values, [p.low for p in at], [p.high for p in at])
+        out.append(replace(m, effect=written(m.candidate, at, values)))
+        start += len(at)
+    return out
+
+
+def inward(value: float, place: Place, step: float) -> float:
+    """A step of this size that stays within the bounds."""
+    return step if value + step <= place.high else -step

@@ -1,0 +1,1 @@
+"""How much each frequency of each axis is believed."""

@@ -1,0 +1,169 @@
+"""How much each frequency of each axis is believed: by what the richest model leaves there, and by what it explains.
+
+The noise of an axis at a frequency is what no combination of effects and file numbers explains: noise of sensors and
+what has no name alike (a discrepancy; Kennedy and O'Hagan 2001). Where inputs are noisy, or the body does what no model
+here says, even the richest model explains little of what was measured: that frequency weighs by its coherence, the
+share that is explained (Bendat and Piersol, "Random data", 2010, 6.1), so that it neither decides nor biases numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from infotraj.diagnosis.measure.lapped import Lapped, lapped
+from infotraj.diagnosis.measure.residual import FlightSamples, measured_side
+from infotraj.rotations import Array
+
+EDGES = np.array([0.0, 0.5, 1.0, 1.5, 2.5, 3.5, 5.0, 7.0, 10.0, 14.0, 20.1])  # Hz
+BANDS = len(EDGES) - 1
+SLOW = 5.0  # Hz: what is slower moves a vehicle
+FREE = 3.0  # usual sizes: deviation of a number that is free
+_ROUNDS = 4
+_TAILS = 4.0  # degrees of freedom of Student's t for a second of an axis: seconds of spikes count less
+_LEAST = 0.2  # of an axis' coefficients in a band: that many are left over however many numbers are fitted
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """Coefficients of one axis of one flight: (n, 1 + p), residual first; measured (n,) or None; band, time of each."""
+
+    axis: str
+    flight: int
+    values: Array
+    measured: Array | None
+    band: NDArray
+    time: Array
+
+    def weighted(self, weight: Array) -> Array:
+        """Coefficients times the square root of their weight. weight: (n,)."""
+        return self.values * np.sqrt(weight)[:, None]
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Weights of the coefficients, in units of the inverse of their variance.
+
+    axes: names; noise (axes, bands): variance that the richest model leaves; coherence (axes, bands); second: for each
+    spectrum (n,) by how much its second counts.
+    """
+
+    axes: tuple[str, ...]
+    noise: Array
+    coherence: Array
+    second: tuple[Array, ...]
+
+    def of(self, number: int, s: Spectrum) -> Array:
+        """The weight (n,) of each coefficient of spectrum `number`."""
+        a = self.axes.index(s.axis)
+        return (self.coherence[a] / self.noise[a])[s.band] * self.second[number]
+
+
+def transforms(samples: Sequence[FlightSamples]) -> list[list[Lapped]]:
+    """The transform of every channel of every flight."""
+    return [[lapped(s, c) for c in s.channels] for s in samples]
+
+
+def spectra(
+    samples: Sequence[FlightSamples], by: Sequence[Sequence[Lapped]], joint: Sequence[Sequence[Array]]
+) -> list[Spectrum]:
+    """Residual and columns, one (m, 3, 1 + p) a channel of a flight, as coefficients axis by axis."""
+    out = []
+    for number, (s, transform, flight) in enumerate(zip(samples, by, joint, strict=True)):
+        for place, (c, turn, x) in enumerate(zip(s.channels, transform, flight, strict=True)):
+            values = turn(x)
+            side = s.prepared.kept.get(
+                "measured coefficients", place, lambda s=s, c=c, turn=turn: _measured(s, c, turn)
+            )
+            band = np.clip(np.searchsorted(EDGES, turn.frequency, side="right") - 1, 0, BANDS - 1)
+            for i, axis in enumerate(c.axes):
+                of_axis = None if side is None else side[:, i]
+                out.append(Spectrum(axis, number, np.ascontiguousarray(values[:, i]), of_axis, band, turn.time))
+    return out
+
+
+def _measured(samples: FlightSamples, channel, turn: Lapped) -> Array | None:
+    side = measured_side(samples, channel)
+    return None if side is None else turn(side[:, :, None])[:, :, 0]
+
+
+def weights(found: Sequence[Spectrum], ignored: frozenset[str] = frozenset(), start: Weights | None = None) -> Weights:
+    """The weights, from what a fit of all columns at once leaves, reweighted until they settle.
+
+    ignored: axes of no weight; start: weights of nearly the same columns, which settle sooner.
+    """
+    axes = tuple(dict.fromkeys(s.axis for s in found))
+    width = found[0].values.shape[1]
+    second = [np.ones(len(s.band)) for s in found] if start is None else list(start.second)
+    noise = coherence = np.ones((len(axes), BANDS))
+    theta = np.zeros(width - 1)
+    for k in range(_ROUNDS if start is None else 2):
+        gram, count, side = _by_band(found, axes, second, width)
+        if k == 0 and start is not None:
+            noise = start.noise
+        elif k == 0:
+            noise = _begun(gram[:, :, 0, 0], gram, count)
+        inverse_noise = np.where(count > 0, 1.0 / noise, 0.0)
+        inverse_noise[[a in ignored for a in axes]] = 0.0
+        total = np.einsum("ab,abij->ij", inverse_noise, gram)
+        covariance = np.linalg.inv(total[1:, 1:] + np.eye(width - 1) / FREE**2)
+        theta = covariance @ total[0, 1:]
+        along = np.concatenate([[1.0], -theta])
+        left = np.einsum("i,abij,j->ab", along, gram, along)
+        spent = np.einsum("ij,abji->ab", covariance, gram[:, :, 1:, 1:]) * inverse_noise
+        noise = _positive(left / np.maximum(count - spent, _LEAST * count + 1e-9), gram, count)
+        told = side / np.maximum(count, 1)
+        coherence = np.where(np.isfinite(told), np.clip(1.0 - noise / np.maximum(told, 1e-300), 0.0, 1.0), 1.0)
+        second = [
+            _seconds(s, s.values @ along, noise[axes.index(s.axis)], coherence[axes.index(s.axis)]) for s in found
+        ]
+    if start is not None:
+        # An axis is believed as far as any linearisation explains it: a model that has run away is no reason to stop.
+        noise, coherence = np.minimum(noise, start.noise), np.maximum(coherence, start.coherence)
+    coherence = np.where(np.array([a in ignored for a in axes])[:, None], 0.0, coherence)
+    return Weights(axes, noise, coherence, tuple(second))
+
+
+def _by_band(found, axes, second, width):
+    gram = np.zeros((len(axes), BANDS, width, width))
+    count, side = np.zeros((len(axes), BANDS)), np.zeros((len(axes), BANDS))
+    for s, own in zip(found, second, strict=True):
+        a = axes.index(s.axis)
+        x = s.weighted(own)
+        moves = np.flatnonzero(np.any(x != 0.0, axis=0))
+        for b in range(BANDS):
+            rows = s.band == b
+            part = x[np.ix_(rows, moves)]
+            gram[a, b][np.ix_(moves, moves)] += part.T @ part
+            count[a, b] += own[rows].sum()
+            side[a, b] += np.inf if s.measured is None else float(own[rows] @ s.measured[rows] ** 2)
+    return gram, count, side
+
+
+def _begun(square: Array, gram: Array, count: Array) -> Array:
+    """Where the weights begin: one noise for all slow bands of an axis, so that a large error is explained first."""
+    own = square / np.maximum(count, 1)
+    slow = EDGES[:-1] < SLOW
+    together = square[:, slow].sum(axis=1) / np.maximum(count[:, slow].sum(axis=1), 1)
+    return _positive(np.where(slow, np.maximum(own, together[:, None]), own), gram, count)
+
+
+def _positive(variance: Array, gram: Array, count: Array) -> Array:
+    """The variance, never below a billionth of the residual's; 1 where there is nothing."""
+    least = np.maximum(1e-9 * gram[:, :, 0, 0] / np.maximum(count, 1), 1e-24)
+    return np.where(count > 0, np.maximum(variance, least), 1.0)
+
+
+def _seconds(s: Spectrum, left: Array, noise: Array, coherence: Array) -> Array:
+    """By how much each second counts, (n,): Student's t for what the richest model leaves of it.
+
+    As EM has it: Lange, Little and Taylor, "Robust statistical modeling using the t distribution" (1989).
+    """
+    _, place = np.unique(s.time, return_inverse=True)
+    size = np.bincount(place, coherence[s.band])
+    square = np.bincount(place, coherence[s.band] * left**2 / noise[s.band])
+    weight = (_TAILS + size) / (_TAILS + square)
+    return np.minimum(weight, 1.0)[place]

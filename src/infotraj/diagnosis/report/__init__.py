@@ -1,0 +1,1 @@
+"""What a user gets: JSON, tables, figures, models and history."""

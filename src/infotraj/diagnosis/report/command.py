@@ -1,0 +1,241 @@
+"""`infotraj diagnose`, `infotraj add` and `infotraj history`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from infotraj.options import accept_option, command_steps_option
+
+if TYPE_CHECKING:
+    from infotraj.flight import Flight
+    from infotraj.models import Model
+
+_MODEL = click.argument("model", type=click.Path(path_type=Path))
+_EFFECTS_FROM = click.option(
+    "--effects-from", multiple=True, type=click.Path(path_type=Path), help="File or folder with your own effects."
+)
+_FROM = click.option("--from", "start", type=float, help="First t that is used, s.")
+_TO = click.option("--to", "stop", type=float, help="Where use stops, s.")
+_SKIP = click.option("--skip-rejected", is_flag=True, help="Go on with the other flights.")
+_SEED = click.option("--seed", type=int, default=0, show_default=True, help="Of the resamples and surrogates.")
+_QUIET = click.option("-q", "--quiet", is_flag=True, help="No messages.")
+_VERBOSE = click.option("-v", "--verbose", is_flag=True, help="Every effect, and what the search did.")
+_JSON = click.option("--json", "json_file", type=click.Path(path_type=Path), help="The numbers, for programs.")
+
+
+@click.command("diagnose")
+@_MODEL
+@click.argument("flights", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="FLIGHT...")
+@click.option("--save-model", type=click.Path(path_type=Path), help="Write the model with the supported effects.")
+@click.option(
+    "--matters",
+    type=click.FloatRange(min=0),
+    default=0.05,
+    show_default=True,
+    help="Rise of the squared error, in units of the floor, below which an effect is negligible.",
+)
+@click.option("--figures", type=click.Path(path_type=Path), help="A folder for the waterfall (PNG and PDF).")
+@click.option("--recording", type=click.Path(path_type=Path), help="FILE.rrd: the worst flight, for the rerun viewer.")
+@_JSON
+@_EFFECTS_FROM
+@_FROM
+@_TO
+@command_steps_option
+@accept_option
+@_SKIP
+@_SEED
+@_QUIET
+@_VERBOSE
+def diagnose_command(
+    model: Path,
+    flights: tuple[Path, ...],
+    save_model: Path | None,
+    matters: float,
+    figures: Path | None,
+    recording: Path | None,
+    json_file: Path | None,
+    effects_from: tuple[Path, ...],
+    start: float | None,
+    stop: float | None,
+    command_steps: int | None,
+    accept: tuple[str, ...],
+    skip_rejected: bool,
+    seed: int,
+    quiet: bool,
+    verbose: bool,
+) -> None:
+    """Which named physical effect MODEL (a model or vehicle file) lacks on FLIGHTs, and how sure that is."""
+    from infotraj.comparing import files
+    from infotraj.diagnosis import summary
+    from infotraj.diagnosis.diagnosis import diagnose
+    from infotraj.diagnosis.report.saving import refuse_overwriting, save_diagnosed
+    from infotraj.models.file import read_model
+
+    files.require_order(start, stop)
+    refuse_overwriting(save_model, model)
+    read, content = read_model(model, effects_from)
+    usable = _usable(read, start, stop)
+    let_in = files.admitted(
+        flights,
+        read.vehicle,
+        usable,
+        skip_rejected=skip_rejected,
+        command_steps=command_steps,
+        accept=accept,
+        start=start,
+        stop=stop,
+    )
+    used = let_in.flights
+    _progress(quiet, f"{len(used)} flights, {sum(len(f.t) for f in used)} rows")
+    found = diagnose(read, used, effects_from=effects_from, matters=matters, seed=seed, start=start, stop=stop)
+    if json_file is not None:
+        files.write_json(summary.as_dict(found), json_file)
+    if save_model is not None and found.judged:
+        save_diagnosed(found, save_model, parent=model, content=content, flights=used)
+    if figures is not None:
+        from infotraj.diagnosis.report.steps import steps
+        from infotraj.plots.waterfall import waterfall
+
+        fall = steps(found, seed=seed)
+        paths = [figures / "waterfall.pdf", figures / "waterfall.png"]
+        waterfall(
+            fall.labels, fall.axes, fall.rmse, fall.low, fall.high, fall.floor, fall.unit, *paths, refused=found.refused
+        )
+        for path in paths:
+            _say(quiet, str(path))
+    if recording is not None:
+        from infotraj.comparing.equation_error import equation_error
+        from infotraj.comparing.statistics import worst_flight
+        from infotraj.recording.wrench import record_comparison
+
+        shown = [s.flight for s in found.samples]
+        errors = [equation_error(found.model, f, start=start, stop=stop) for f in shown]
+        k = worst_flight(errors)
+        record_comparison(recording, shown[k], found.model, errors[k])
+        _say(quiet, f"{recording}: {shown[k].meta.get('source')}")
+    click.echo(summary.as_text(found, verbose=verbose), nl=False)
+    if save_model is not None and not found.judged:
+        click.echo(f"{save_model} is not written: no axis could be judged", err=True)
+    files.say_unmet(accept, let_in.codes + [d.code for d in found.doubts])
+    if verbose:
+        for line in found.search.trail:
+            click.echo(line, err=True)
+    named = " ".join(str(f.meta["source"]) for f in used)
+    new = save_model if save_model is not None and found.supported else None
+    following = f"infotraj compare {new} {named} --against {model}" if new else f"infotraj locate {model} {named}"
+    _say(quiet, f"next: {following}{_as_read(found.command_steps)}")
+
+
+@click.command("add")
+@_MODEL
+@click.argument("effects", nargs=-1, required=True, metavar="EFFECT...")
+@click.option(
+    "--fit", "flights", multiple=True, required=True, type=click.Path(path_type=Path), help="A flight; repeat."
+)
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="The new model file.")
+@_JSON
+@_EFFECTS_FROM
+@_FROM
+@_TO
+@command_steps_option
+@accept_option
+@_SKIP
+@_SEED
+@_QUIET
+@_VERBOSE
+def add_command(
+    model: Path,
+    effects: tuple[str, ...],
+    flights: tuple[Path, ...],
+    output: Path,
+    json_file: Path | None,
+    effects_from: tuple[Path, ...],
+    start: float | None,
+    stop: float | None,
+    command_steps: int | None,
+    accept: tuple[str, ...],
+    skip_rejected: bool,
+    seed: int,
+    quiet: bool,
+    verbose: bool,
+) -> None:
+    """Add EFFECTs to MODEL, fitted to the flights, in a new model file.
+
+    An effect with a place in a list is named with it: rotor_effectiveness:3.
+    """
+    from infotraj.comparing import files
+    from infotraj.diagnosis.adding import add
+    from infotraj.diagnosis.report.saving import refuse_overwriting, save_added
+    from infotraj.models.file import read_model
+
+    files.require_order(start, stop)
+    refuse_overwriting(output, model)
+    read, content = read_model(model, effects_from)
+    usable = _usable(read, start, stop)
+    let_in = files.admitted(
+        flights,
+        read.vehicle,
+        usable,
+        skip_rejected=skip_rejected,
+        command_steps=command_steps,
+        accept=accept,
+        start=start,
+        stop=stop,
+    )
+    used = let_in.flights
+    made = add(read, effects, used, effects_from=effects_from, start=start, stop=stop)
+    save_added(made, output, parent=model, content=content, flights=used)
+    if json_file is not None:
+        files.write_json(made.as_dict(), json_file)
+    click.echo(made.as_text(), nl=False)
+    for label, how in made.ended.items():
+        click.echo(f"{label}: {how}; {output} says so, too", err=True)
+    files.say_unmet(accept, let_in.codes)
+    named = " ".join(map(str, flights))
+    _say(quiet, f"next: infotraj compare {output} {named} --against {model}{_as_read(made.command_steps)}")
+
+
+@click.command("history")
+@_MODEL
+@_JSON
+@_QUIET
+def history_command(model: Path, json_file: Path | None, quiet: bool) -> None:
+    """How the error of MODEL fell, version by version."""
+    from infotraj.diagnosis.report.history import as_dict, as_text, history
+
+    chain = history(model)
+    if json_file is not None:
+        from infotraj.comparing import files
+
+        files.write_json(as_dict(chain), json_file)
+    click.echo(as_text(chain), nl=False)
+    _say(quiet, f"next: infotraj diagnose {model} FLIGHT...")
+
+
+def _usable(model: Model, start: float | None, stop: float | None) -> Callable[[Flight], None]:
+    """What a flight must pass beyond `check` to be diagnosed: InputError says why it cannot be."""
+    from infotraj.diagnosis.gates.observing import observe
+
+    def use(flight: Flight) -> None:
+        observe(model, [flight], start, stop)
+
+    return use
+
+
+def _as_read(steps: int) -> str:
+    return f" --command-steps {steps}" if steps > 1 else ""
+
+
+def _say(quiet: bool, line: str) -> None:
+    if not quiet:
+        click.echo(line, err=True)
+
+
+def _progress(quiet: bool, line: str) -> None:
+    if not quiet and sys.stderr.isatty():
+        click.echo(line, err=True)

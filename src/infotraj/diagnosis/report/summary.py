@@ -1,0 +1,204 @@
+"""A diagnosis as JSON, as a table for people, and in one sentence."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from infotraj.checking.acceptance import accepted_in, accepted_lines
+from infotraj.comparing.equation_error import AXES
+from infotraj.diagnosis.diagnosis import Diagnosis
+from infotraj.diagnosis.judge.verdicts import Finding
+from infotraj.rotations import Array
+
+_SPARSE = 0.01  # s between commands: with more, a delay of half of it cannot be told
+_FAR = 3.0  # times the floor: an error that large, on an axis that is judged, is spoken of
+_ORDER = ("Supported", "Not separable", "Plausible", "Not needed", "Not testable here")
+
+
+def as_dict(found: Diagnosis) -> dict[str, Any]:
+    """The JSON of `diagnose` (docs/diagnosis.md); numbers that there are none of are null."""
+    return {
+        "verdict": {
+            "supported": list(found.supported),
+            "unexplained": found.unexplained.found,
+            "summary": sentence(found),
+        },
+        "effects": [_effect(f) for f in found.findings],
+        "error": {
+            "before": _axes(found.before.rmse),
+            "after": _axes(found.after.rmse),
+            "floor": _axes(found.after.floor),
+        },
+        "unexplained": [
+            {
+                "axis": s.axis,
+                "rise": _number(s.rise),
+                "heldout_share": _number(s.share),
+                "goes_with": [{"quantity": q, "correlation": _number(c)} for q, c in s.goes_with],
+                "hint": s.hint,
+                "hint_heldout_share": _number(s.hint_share) if s.hint else None,
+            }
+            for s in found.unexplained.axes
+        ],
+        "file": [
+            {
+                "name": n.name,
+                "declared": _number(n.declared),
+                "value": _number(n.value),
+                "standard_error": _number(n.standard_error),
+                "ordinary": n.ordinary,
+            }
+            for n in found.file
+        ],
+        "stays": stays(found),
+        "refused": {d.about: d.reason for d in found.doubts if d.counts},
+        "axes": {
+            axis: {
+                "judged": axis not in found.refused,
+                "reason": found.refused.get(axis),
+                "coherence": _number(found.coherence[i]),
+            }
+            for i, axis in enumerate(AXES)
+        },
+        "warnings": [d.reason for d in found.doubts if not d.refuses],
+        "accepted": found.accepted,
+        "at_bound": found.at_bound,
+        "commands": {"every": _number(found.search.observation.command_step), "steps": found.command_steps},
+        "flights": [
+            {
+                "path": str(s.flight.meta.get("source", "flight")),
+                "rows": len(s.flight.t),
+                "left_out": s.left_out,
+                "missing": s.reasons,
+            }
+            for s in found.samples
+        ],
+    }
+
+
+def stays(found: Diagnosis) -> dict[str, float]:
+    """Axes that are judged and whose error stays far above the floor, with that error, by axis."""
+    after, floor = found.after.rmse, found.after.floor
+    far = {a: float(after[i]) for i, a in enumerate(AXES) if np.isfinite(after[i]) and after[i] > _FAR * floor[i]}
+    return {a: x for a, x in far.items() if a not in found.refused}
+
+
+def sentence(found: Diagnosis) -> str:
+    """What was found, in one sentence."""
+    parts = []
+    for name in found.supported:
+        f = found.finding(name)
+        others = [n for n in f.group if n != name]
+        parts.append(name + (f" (or {' or '.join(others)}: not separable on these flights)" if others else ""))
+    first = f"Missing: {', '.join(parts)}" if parts else "No missing effect is supported"
+    if not found.judged:
+        first = f"These data cannot say which effect is missing: {next(iter(found.refused.values()))}"
+    elif found.refused:
+        axes = ", ".join(found.refused)
+        first += f"; nothing can be said about {axes}: {'; '.join(dict.fromkeys(found.refused.values()))}"
+    if found.unexplained.found:
+        where = ", ".join(list(dict.fromkeys(s.axis for s in found.unexplained.axes))[:3])
+        first += f"; structured error is left on {where} that no effect of the catalogue explains"
+    return first + "."
+
+
+def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
+    """The table for people: effects by verdict, then the error by axis, then what is left."""
+    rows = sorted(found.findings, key=lambda f: (_ORDER.index(f.verdict), -(f.evidence.rise if f.evidence else 0.0)))
+    lines = [f"{'effect':<20}{'verdict':<19}{'rise':>9}{'change':>9}{'95 %':>18}{'better':>8}{'kept':>6}  values"]
+    for f in rows:
+        quiet = f.verdict in ("Not needed", "Not testable here")
+        if quiet and not verbose:
+            continue
+        lines.append(_row(f))
+        if f.reason:
+            lines.append(f"{'':<20}{f.reason}")
+    if not verbose:
+        for verdict in ("Not needed", "Not testable here"):
+            names = [f.name for f in rows if f.verdict == verdict]
+            if names:
+                lines.append(f"{verdict}: {', '.join(names)}")
+    lines.append("")
+    unit = {"f": "N" if found.model.vehicle.mass else "m/s^2", "t": "N m" if found.model.vehicle.inertia else "rad/s^2"}
+    lines.append(f"{'error':<10}{'before':>11}{'after':>11}{'floor':>11}")
+    for i, axis in enumerate(AXES):
+        if np.isfinite(found.before.rmse[i]):
+            values = "".join(f"{v:>11.4g}" for v in (found.before.rmse[i], found.after.rmse[i], found.after.floor[i]))
+            lines.append(f"{axis:<10}{values} {unit[axis[0]]}")
+    if found.file:
+        lines.append("your vehicle file, as these flights have it:")
+        for n in found.file:
+            number = f"{_short(n.value)} +- {_short(n.standard_error)}, not {_short(n.declared)}"
+            lines.append(f"  {n.name}: {number}" + ("" if n.ordinary else "; out of line with the rest of the file"))
+    explained = {s.axis for s in found.unexplained.axes}
+    for axis, error in stays(found).items():
+        if axis not in explained and "v" + axis[1] not in explained:
+            unit_of = unit[axis[0]]
+            lines.append(f"{error:.3g} {unit_of} of error stay on {axis}: no effect and no structure explains them")
+    for s in found.unexplained.axes:
+        goes = ", ".join(f"{q} ({c:+.2f})" for q, c in s.goes_with)
+        lines.append(f"left on {s.axis}: {s.share:.0%} of the slow error can be predicted; it goes with {goes}")
+        if s.hint:
+            lines.append(f"  hint, not a result: {s.hint} ({s.hint_share:.0%} held out)")
+    every = found.search.observation.command_step
+    if found.command_steps > 1:
+        lines.append(f"commands: every {1000 * every:.0f} ms, read as {found.command_steps} steps from row to row")
+    if found.command_steps > 1 or every > _SPARSE:
+        lines.append(f"a delay below {500 * every:.0f} ms cannot be told from how commands ran between their rows")
+    lines += [f"not judged: {axis} ({reason})" for axis, reason in found.refused.items()] if found.judged else []
+    lines += [f"warning: {d.reason}" for d in found.doubts if not d.refuses]
+    lines += [f"at a bound: {label}: {how}" for label, how in found.at_bound.items()]
+    lines += accepted_lines(accepted_in([s.flight for s in found.samples]))
+    lines += [f"accepted {d.code} ({', '.join(d.axes)}): {d.reason}" for d in found.doubts if d.accepted]
+    lines.append(sentence(found))
+    return "\n".join(lines) + "\n"
+
+
+def _row(f: Finding) -> str:
+    if f.evidence is None:
+        return f"{f.name:<20}{f.verdict:<19}"
+    e = f.evidence
+    interval = f"{e.ci95[0]:+.3f} {e.ci95[1]:+.3f}"
+    better = f"{e.flights_better[0]}/{e.flights_better[1]}"
+    values = " ".join(f"{k}={_short(v)}" for k, v in f.parameters.items() if v is not None)
+    if values and e.form_error >= 0.1 and f.verdict not in ("Not needed", "Not testable here"):
+        values += f", from place to place by {e.form_error:.0%}"
+    return (
+        f"{f.name:<20}{f.verdict:<19}{e.rise:>9.3g}{e.heldout_change:>+9.3f}{interval:>18}{better:>8}"
+        f"{e.selected:>6.2f}  {values}"
+    )
+
+
+def _short(value: Any) -> str:
+    return "[" + ", ".join(f"{v:.4g}" for v in value) + "]" if isinstance(value, (list, tuple)) else f"{value:.4g}"
+
+
+def _effect(f: Finding) -> dict[str, Any]:
+    e = f.evidence
+    fitted = {k: v for k, v in f.parameters.items()}
+    return {
+        "name": f.name,
+        "verdict": f.verdict,
+        "group": list(f.group),
+        "heldout_change": _number(e.heldout_change) if e else None,
+        "ci95": [_number(v) for v in e.ci95] if e else None,
+        "flights_better": list(e.flights_better) if e else None,
+        "selected": _number(e.selected) if e else None,
+        "rise": _number(e.rise) if e else None,
+        "probability": _number(e.probability) if e else None,
+        "form_error": _number(e.form_error) if e else None,
+        "parameters": fitted,
+        "standard_errors": f.standard_errors,
+        "reason": f.reason or None,
+        **({"instances": list(f.instances)} if f.instances else {}),
+    }
+
+
+def _axes(values: Array) -> dict[str, float | None]:
+    return {a: _number(v) for a, v in zip(AXES, values, strict=True)}
+
+
+def _number(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

@@ -1,0 +1,109 @@
+"""What is known of every number before a flight is seen: how far vehicle files are off, and how large effects are.
+
+Every number of the vehicle file has a spike: it is near what the file says, by as much as files are off. How much that
+is here, from exact to ten times ordinary, is learned from the flights, in common and for each kind of number. What is
+missing has a slab: numbers of its usual size (spike and slab: George and McCulloch 1993). A number may have both: then
+it is an effect only where it is far off for this file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from infotraj.diagnosis.linear.candidates import Candidate
+from infotraj.effects.rotor_torque import RotorTorque, arms
+from infotraj.rotations import Array
+from infotraj.vehicle import Vehicle
+
+SLAB = 2.0  # usual sizes: standard deviation of the numbers of an effect
+EACH = 5.0  # nats that a further effect costs before its numbers: of 150 effects one is missing
+SCALES = (0.05, 0.3, 1.0, 3.0, 9.0)  # of all numbers of a file together, times FILE
+KIND_SPREAD = 0.4  # standard deviation of the logarithm by which a kind's scale differs from the common one
+# Standard deviation, in usual sizes of the effect, of a number in a file that is right to 1 %, and the kind it is of.
+FILE = {
+    "rotor_effectiveness": (1 / 15, "rotors"),  # 1 % of a rotor's thrust
+    "mass_offset": (1 / 10, "mass"),  # 0.5 %: a scale is better than a bench
+    "inertia_error": (2 / 15, "inertia"),  # 2 %: from a drawing, or a pendulum
+    "com_offset": (1 / 20, "place"),  # 0.15 % of an arm
+    "moment_scale": (1 / 15, "moment"),  # 2 %
+    "rotor_torque": (1 / 7, "arms"),  # 0.7 mm, and as much of the reaction torque's arm
+    "rotor_lag": (0.0, "time"),  # 3 % of what the file says: see `_LAG`
+    "servo_lag": (0.0, "time"),  # the same
+    "actuation_delay": (1 / 15, "clock"),  # 1 ms
+    "time_offset": (1 / 10, "clock"),  # 1 ms: clocks of log and sensor
+    "servo_bias": (1 / 10, "angle"),  # 0.1 deg
+    "imu_misalignment": (1 / 10, "angle"),  # 0.1 deg
+    "steady_force": (1 / 18, "angle"),  # 0.1 deg by which the world frame is not level: 0.17 % of the weight
+}
+_LAG = 0.03  # of the declared time constant; a file that declares none is not off by some: its vehicle has no lag
+_STAMP = 0.1  # of the time between commands: their stamps are hardly more exact
+_HELD = 1 / 6  # of the time between commands beyond 10 ms: when they acted in between is not known
+_DENSE = 0.01  # s
+
+
+@dataclass(frozen=True)
+class Scales:
+    """How far this file is off, times 1 %: in common, and by kind of number. 0 in common: it is taken as it is."""
+
+    common: float
+    kinds: dict[str, float] = field(default_factory=dict)
+
+    def of(self, kind: str) -> float:
+        """The scale of a kind. Clocks are no worse for what a file says of the vehicle."""
+        return 1.0 if kind == "clock" and self.common > 0.0 else self.kinds.get(kind, self.common)
+
+    def cost(self) -> float:
+        """Nats that kinds cost which differ from the common scale."""
+        apart = np.log([x / self.common for x in self.kinds.values()])
+        return float(0.5 * np.sum((apart / KIND_SPREAD) ** 2)) if len(apart) else 0.0
+
+
+def is_file_number(candidate: Candidate) -> bool:
+    """Whether a candidate's numbers are numbers of the vehicle file, or of the clocks and frames of its log."""
+    return candidate.name in FILE
+
+
+def spikes(owners: Sequence[tuple[Candidate, float]], scales: Scales, command_step: float, vehicle: Vehicle) -> Array:
+    """Standard deviation (p,) of every column's file number in usual sizes, 0 for a column that is no file number.
+
+    owners: candidate and usual size of each column; command_step: s, the longest time between commands.
+    """
+    out = np.zeros(len(owners))
+    if scales.common == 0.0:
+        return out
+    for i, (candidate, size) in enumerate(owners):
+        if candidate.name not in FILE:
+            continue
+        deviation, kind = FILE[candidate.name]
+        if kind == "time":
+            deviation = _LAG * _declared_lag(candidate.name, vehicle) / abs(size)
+        out[i] = scales.of(kind) * deviation
+        if kind in ("time", "clock"):
+            unknown = _STAMP * command_step + (
+                _HELD * max(command_step - _DENSE, 0.0) if candidate.name in ("actuation_delay", "time_offset") else 0.0
+            )
+            out[i] = np.hypot(out[i], unknown / abs(size))
+    return out
+
+
+def _declared_lag(effect: str, vehicle: Vehicle) -> float:
+    """The longest time constant (s) that the file has for what an effect makes slower."""
+    if effect == "servo_lag":
+        return max((t.time_constant for t in vehicle.tilts), default=0.0)
+    return max([vehicle.time_constant, *(r.time_constant for r in vehicle.rotors)])
+
+
+def file_only(vehicle: Vehicle, known: Sequence[Candidate]) -> list[Candidate]:
+    """Candidates for numbers of the vehicle file that are no effect: they may be off, and are never named."""
+    if not vehicle.rotors or not any(c.name == "rotor_effectiveness" for c in known) or vehicle.inertia is None:
+        return []
+    form = tuple(p for p in RotorTorque.parameters if not p.index)
+    return [Candidate(RotorTorque, form, (("rotor", i),)) for i in arms(vehicle)]
+
+
+def price(candidate: Candidate, alike: int) -> float:
+    """Nats that naming this candidate costs before a flight is seen. alike: candidates of the same name."""
+    return float("inf") if candidate.cls is RotorTorque else EACH + float(np.log(max(alike, 1)))

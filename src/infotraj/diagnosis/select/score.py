@@ -1,0 +1,320 @@
+"""How probable a set of effects is, and what it predicts of flights that it has not seen, from sums alone.
+
+For Gaussian noise, spikes and slabs the probability of the data is a closed form, with every number integrated out
+(marginal likelihood; MacKay 1992). It says which set explains the flights beside a file as wrong as it is: a number
+that is out of line with the file costs, a number of an effect does not. What each flight's data are worth after the
+others have been seen (Geisser and Eddy 1979) does not: there the file number has been learned, however far off it is.
+So the marginal likelihood chooses, and prediction of flights that were not fitted judges what it chose.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from infotraj.diagnosis.linear.sums import Sums
+from infotraj.diagnosis.select.prior import SLAB
+from infotraj.rotations import Array
+
+BEAM = 12
+_PASSES = 4
+_OFF = 2.0  # standard deviations that a file number is off by at most
+_SURE = 3.0  # standard errors within which a number may lie beyond a bound
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One linearisation of an effect: its name with what is fixed, its columns, and its price in nats."""
+
+    label: str
+    columns: tuple[int, ...]
+    price: float
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A set of choices, its score (nats, prices taken off), and its numbers.
+
+    theta (p,): usual sizes from absent, file numbers too; each (folds, p): the same fitted without each fold.
+    """
+
+    chosen: tuple[int, ...]
+    score: float
+    theta: Array
+    each: Array
+
+
+class Scorer:
+    """Scores sets of choices on the sums of a model without any of them.
+
+    kept: columns of effects that stay (slab); spike (p,): deviation of every file number, 0 where there is none; low,
+    high (p,): bounds in usual sizes from absent; given (p,): numbers that are in the sums already, and in every
+    solution.
+    """
+
+    def __init__(
+        self,
+        sums: Sums,
+        choices: Sequence[Choice],
+        kept: Sequence[int],
+        spike: Array,
+        low: Array,
+        high: Array,
+        given: Array | None = None,
+    ) -> None:
+        self.choices = tuple(choices)
+        self.given = np.zeros(sums.width) if given is None else given
+        self.kept, self.spike = np.array(kept, dtype=int), spike
+        self.low, self.high = low, high
+        folds = sums.by_fold()
+        every = folds.sum(axis=0)
+        self.parts = [every, *(every - f for f in folds)]
+        self._reduce()
+
+    def _reduce(self) -> None:
+        """Integrates what every set shares: file numbers under their spikes, and the effects that stay."""
+        file = np.flatnonzero(self.spike > 0)
+        self.shared = np.concatenate([self.kept, file])
+        self.precision = np.concatenate([np.full(len(self.kept), SLAB**-2.0), self.spike[file] ** -2.0])
+        self.reduced = [_reduced(part, self.shared, self.precision) for part in self.parts]
+
+    def scores(self, sets: Sequence[tuple[int, ...]], exact: int | None = None) -> Array:
+        """Score of each set, (n,), nats: log marginal likelihood less prices, up to a constant of the data.
+
+        Numbers that a fit drives beyond a bound are held there. exact: how many of the best sets must be right; the
+        others may keep the higher score that they would have without bounds, made -inf. All by default.
+        """
+        out = np.full(len(sets), -np.inf)
+        columns = [self._columns(s) for s in sets]
+        prices = np.array([sum(self.choices[i].price for i in s) for s in sets])
+        bounded: list[tuple[float, int, NDArray, Array, Array]] = []
+        for width in sorted({len(c) for c in columns}):
+            which = np.array([i for i, c in enumerate(columns) if len(c) == width])
+            index = np.array([columns[i] for i in which], dtype=int).reshape(len(which), width)
+            values, theta, error = self._solved(index)
+            found = values[0] - prices[which]
+            beyond = (theta < self.low[index] - _SURE * error) | (theta > self.high[index] + _SURE * error)
+            outside = beyond.any(axis=1)
+            out[which[~outside]] = found[~outside]
+            bounded += [(float(found[k]), int(which[k]), index[k], theta[k], error[k]) for k in np.flatnonzero(outside)]
+        bounded.sort(key=lambda x: -x[0])
+        for value, i, index, theta, error in bounded:
+            if exact is not None and np.sum(out >= value) >= exact:
+                break
+            held = self._held(index, theta, error)
+            if held is not None:
+                out[i] = held[0] - prices[i]
+        return out
+
+    def solution(self, chosen: tuple[int, ...]) -> Solution:
+        """The numbers of one set, on all folds and without each."""
+        columns = np.array(self._columns(chosen), dtype=int)
+        bound = self._bound_values(columns)
+        found = []
+        for part in self.parts:
+            b, gram = part[0, 1:], part[1:, 1:]
+            # A number with both a spike and a slab has the sum of their variances.
+            variance = self.spike**2
+            variance[columns] += SLAB**2
+            variance[self.kept] += SLAB**2
+            free = np.array([c for c in np.flatnonzero(variance > 0) if c not in bound], dtype=int)
+            precision = 1.0 / variance[free]
+            theta = np.zeros(len(b))
+            for c, value in bound.items():
+                theta[c] = value
+            left = b - gram @ theta
+            theta[free] = _solve(gram[np.ix_(free, free)] + np.diag(precision), left[free])
+            found.append(theta + self.given)
+        return Solution(tuple(chosen), float(self.scores([tuple(chosen)])[0]), found[0], np.array(found[1:]))
+
+    def beside(self, chosen: tuple[int, ...], near: Array, mine: Sequence[int] = ()) -> Array:
+        """Numbers (folds, p) of a set of choices without each fold, beside a file that could be.
+
+        No file number is further off than files are, or than in `near` (folds, p): what an effect leaves is not taken
+        up by numbers that no file has. mine: columns of that effect, whose numbers in `near` are none of a file.
+        """
+        near = near.copy()
+        near[:, list(mine)] = self.given[list(mine)]
+        columns = np.array(self._columns(chosen), dtype=int)
+        bound = self._bound_values(columns)
+        variance = self.spike**2
+        variance[columns] += SLAB**2
+        variance[self.kept] += SLAB**2
+        file = (self.spike > 0) & ~np.isin(np.arange(len(variance)), [*columns, *self.kept])
+        out = np.zeros_like(near)
+        for k, part in enumerate(self.parts[1:]):
+            b, gram = part[0, 1:], part[1:, 1:]
+            most = np.where(file, np.maximum(_OFF * self.spike, np.abs(near[k] - self.given)), np.inf)
+            held = dict(bound)
+            theta = np.zeros(len(b))
+            for _ in range(_PASSES):
+                free = np.array([c for c in np.flatnonzero(variance > 0) if c not in held], dtype=int)
+                theta[:] = 0.0
+                theta[list(held)] = list(held.values())
+                left = b - gram @ theta
+                theta[free] = _solve(gram[np.ix_(free, free)] + np.diag(1.0 / variance[free]), left[free])
+                beyond = np.flatnonzero(np.abs(theta) > most * (1.0 + 1e-9))
+                if not len(beyond):
+                    break
+                held |= {int(c): float(np.sign(theta[c]) * most[c]) for c in beyond}
+            out[k] = np.clip(theta, -most, most) + self.given
+        return out
+
+    def search(
+        self, most: int, open_to: Iterable[int], start: tuple[int, ...] = (), exhaustive: int = 2, beam: int = BEAM
+    ) -> Solution:
+        """The best set: all sets of up to `exhaustive` further choices, then a beam, then exchanges."""
+        open_to = list(open_to)
+        best = (float(self.scores([start])[0]), start)
+        kept = [best]
+        for size in range(1, most + 1):
+            if size <= exhaustive:
+                sets = [(*start, *s) for s in combinations(open_to, size)]
+            else:
+                sets = sorted({tuple(sorted((*s, i))) for _, s in kept for i in open_to if i not in s})
+            sets = [s for s in sets if self.allowed(s)]
+            if not sets:
+                break
+            found = self.scores(sets, beam)
+            order = np.argsort(-found)[:beam]
+            kept = [(float(found[k]), sets[k]) for k in order]
+            if kept[0][0] > best[0]:
+                best = kept[0]
+            elif size > exhaustive:
+                break
+        return self.solution(self._polished(best, open_to))
+
+    def _polished(self, best: tuple[float, tuple[int, ...]], open_to: Sequence[int]) -> tuple[int, ...]:
+        """The set after removals and exchanges, of one or two for one, for as long as they pay."""
+        value, now = best
+        while True:
+            sets = []
+            for size in (1, 2):
+                for out in combinations(now, size):
+                    rest = tuple(i for i in now if i not in out)
+                    sets += [rest, *((*rest, i) for i in open_to if i not in now)]
+            sets = [s for s in sets if self.allowed(s)]
+            found = self.scores(sets, 1) if sets else np.zeros(0)
+            if not len(found) or found.max() <= value + 1e-9:
+                return tuple(sorted(now))
+            value, now = float(found.max()), sets[int(np.argmax(found))]
+
+    def allowed(self, chosen: Sequence[int]) -> bool:
+        """Whether no effect stands twice in a set."""
+        labels = [self.choices[i].label for i in chosen]
+        return len(set(labels)) == len(labels)
+
+    def covariance(self, chosen: tuple[int, ...]) -> tuple[NDArray, Array]:
+        """Columns (q,) that are free with a set, file numbers too, and the covariance (q, q) of their numbers."""
+        columns = np.array(self._columns(chosen), dtype=int)
+        variance = self.spike**2
+        variance[columns] += SLAB**2
+        variance[self.kept] += SLAB**2
+        bound = self._bound_values(columns)
+        free = np.array([c for c in np.flatnonzero(variance > 0) if c not in bound], dtype=int)
+        gram = self.parts[0][1:, 1:][np.ix_(free, free)] + np.diag(1.0 / variance[free])
+        size = 1.0 / np.sqrt(np.diag(gram))
+        return free, np.linalg.inv(gram * np.outer(size, size)) * np.outer(size, size)
+
+    def _columns(self, chosen: Sequence[int]) -> tuple[int, ...]:
+        return tuple(c for i in chosen for c in self.choices[i].columns)
+
+    def _solved(self, index: NDArray) -> tuple[Array, Array, Array]:
+        """Log density of every part (parts, n), numbers and their errors (n, width) on all of them."""
+        values = []
+        theta = error = np.zeros(index.shape)
+        for k, part in enumerate(self.reduced):
+            if index.shape[1] == 0:
+                values.append(np.full(len(index), part.known))
+                continue
+            gram = part.gram[index[:, :, None], index[:, None, :]] + np.eye(index.shape[1]) / SLAB**2
+            right = part.right[index]
+            found = np.linalg.solve(gram, right[..., None])[..., 0]
+            size = np.linalg.slogdet(gram)[1] + 2 * index.shape[1] * np.log(SLAB)
+            values.append(part.known + 0.5 * (np.sum(found * right, axis=1) - size))
+            if k == 0:
+                theta = found
+                error = np.sqrt(np.maximum(np.einsum("nii->ni", np.linalg.inv(gram)), 0.0))
+        return np.array(values), theta, error
+
+    def _held(self, columns: NDArray, theta: Array, error: Array) -> Array | None:
+        """Log density (parts,) of one set whose numbers stop at their bounds; None where none is left free."""
+        bound = self._bound_values(columns, theta, error)
+        free = np.array([c for c in columns if c not in bound], dtype=int)
+        if not len(free):
+            return None
+        values = []
+        place = np.array(list(bound), dtype=int)
+        at = np.array([bound[c] for c in place])
+        for part in self.reduced:
+            right = part.right - part.gram[:, place] @ at
+            gram = part.gram[np.ix_(free, free)] + np.eye(len(free)) / SLAB**2
+            found = np.linalg.solve(gram, right[free])
+            fixed = at @ part.right[place] - 0.5 * at @ part.gram[np.ix_(place, place)] @ at
+            size = np.linalg.slogdet(gram)[1] + 2 * len(free) * np.log(SLAB)
+            values.append(part.known + fixed + 0.5 * (found @ right[free] - size))
+        return np.array(values)
+
+    def _bound_values(
+        self, columns: NDArray, theta: Array | None = None, error: Array | None = None
+    ) -> dict[int, float]:
+        """Columns whose numbers a fit drives beyond a bound, and the bound at which they are held."""
+        if not len(columns):
+            return {}
+        if theta is None or error is None:
+            _, one, two = self._solved(columns[None])
+            theta, error = one[0], two[0]
+        bound: dict[int, float] = {}
+        part = self.reduced[0]
+        free = np.asarray(columns)
+        for _ in range(_PASSES):
+            low, high = self.low[free], self.high[free]
+            out = [
+                (int(c), lo if x < lo else hi)
+                for c, x, e, lo, hi in zip(free, theta, error, low, high, strict=True)
+                if x < lo - _SURE * e or x > hi + _SURE * e
+            ]
+            if not out:
+                break
+            bound |= dict(out)
+            free = np.array([c for c in columns if c not in bound], dtype=int)
+            if not len(free):
+                break
+            place = np.array(list(bound), dtype=int)
+            right = part.right[free] - part.gram[np.ix_(free, place)] @ [bound[c] for c in place]
+            gram = part.gram[np.ix_(free, free)] + np.eye(len(free)) / SLAB**2
+            theta = np.linalg.solve(gram, right)
+            error = np.sqrt(np.maximum(np.diag(np.linalg.inv(gram)), 0.0))
+        return bound
+
+
+@dataclass(frozen=True)
+class _Reduced:
+    """Products of the columns after shared numbers have been integrated out; known: log density without any other."""
+
+    gram: Array
+    right: Array
+    known: float
+
+
+def _reduced(part: Array, shared: NDArray, precision: Array) -> _Reduced:
+    square, right, gram = part[0, 0], part[0, 1:], part[1:, 1:]
+    if not len(shared):
+        return _Reduced(gram, right, -0.5 * square)
+    both = _solve(gram[np.ix_(shared, shared)] + np.diag(precision), np.column_stack([gram[shared], right[shared]]))
+    along, alone = both[:, :-1], both[:, -1]
+    inner = gram[np.ix_(shared, shared)] + np.diag(precision)
+    size = np.linalg.slogdet(inner / np.sqrt(np.outer(precision, precision)))[1]
+    known = -0.5 * square + 0.5 * (right[shared] @ alone - size)
+    return _Reduced(gram - gram[:, shared] @ along, right - gram[:, shared] @ alone, float(known))
+
+
+def _solve(gram: Array, right: Array) -> Array:
+    """Solves a positive definite system, scaled to a diagonal of ones."""
+    size = 1.0 / np.sqrt(np.diag(gram))
+    solved = np.linalg.solve(gram * np.outer(size, size), (size * right.T).T)
+    return (size * solved.T).T

@@ -1,0 +1,248 @@
+"""Which effects are missing: the set that predicts best beside a file as wrong as it is, fitted, and questioned again.
+
+One linearisation is not enough: a large offset leaves a second-order rest that recruits other effects. So the model is
+made linear again around what was found (Gauss and Newton), file numbers included, until the set and its numbers settle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+
+from infotraj.diagnosis.linear.candidates import Candidate
+from infotraj.diagnosis.linear.observation import Member, Observation
+from infotraj.diagnosis.noise.spectra import spectra
+from infotraj.diagnosis.select.around import Linear, linearised
+from infotraj.diagnosis.select.prior import FILE, SCALES, SLAB, Scales
+from infotraj.diagnosis.select.score import Scorer, Solution
+from infotraj.diagnosis.select.swinging import swung
+from infotraj.rotations import Array
+
+MOST = 6  # effects: physics of which six named ones are not enough is not of this catalogue
+_NARROW = 4  # sets that are kept while the scale of the file is looked for
+_ROUNDS = 3
+_SETTLED = 1.0  # weighted squared error by which a last step may still fall
+_HALVES = 5
+_EXPECTED = 1.2  # times the error that the linear model says of a step: with more it is taken by half
+_LOOSE = 10.0  # weighted squared error that a file number must be worth to be taken into the model: the rest is linear
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A set of effects fitted to all flights.
+
+    linear: the model around the fitted numbers; chosen: choices of `linear` that are in the set; scales: how far the
+    file is off; solution: its numbers, without each fold too; known: the candidates of the search; held: effects
+    that the model had, where their numbers stay as they were.
+    """
+
+    linear: Linear
+    chosen: tuple[int, ...]
+    scales: Scales
+    solution: Solution
+    known: tuple[Candidate, ...] = ()
+    held: tuple[Member, ...] | None = None
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Labels of the effects in the set."""
+        return tuple(self.linear.choices[i].label for i in self.chosen)
+
+    @cached_property
+    def members(self) -> tuple[Member, ...]:
+        """Held and chosen effects, with their numbers."""
+        taken = set(self.labels)
+        return tuple(m for m in self.linear.point if m.held or m.candidate.label in taken)
+
+    @cached_property
+    def scorer(self) -> Scorer:
+        """What scores sets beside this one."""
+        return self.linear.scorer(self.scales, self.held)
+
+    def error(self, theta: Array) -> Array:
+        """Weighted squared error (axes, blocks) with numbers theta (p,), or (folds, p): each fold under its own."""
+        sums = self.linear.absent
+        if theta.ndim == 1:
+            return sums.error(theta)
+        folds = np.unique(sums.fold)
+        return sums.error(theta[np.searchsorted(folds, sums.fold)])
+
+
+@dataclass
+class Search:
+    """The state of a search: flights, candidates, and what it did (`trail`), for the verbose output."""
+
+    observation: Observation
+    known: tuple[Candidate, ...]
+    held: tuple[Member, ...]
+    trail: list[str] = field(default_factory=list)
+
+    def best(self, like: Fit | None = None) -> Fit:
+        """The most probable set of effects, fitted. like: that of the same flights and effects on other axes."""
+        if like is None:
+            now = swung(linearised(self.observation, self.held, self.known), self.known)
+        else:
+            now = like.linear.weighed_by(self.observation)
+        chosen, scales, solution = searched(now)
+        self._say(now, chosen, scales, solution)
+        for _ in range(_ROUNDS):
+            stepped = self._stepped(now, chosen, solution)
+            before = {now.choices[i].label for i in chosen}
+            chosen, scales, solution = searched(
+                stepped, stepped.labelled([now.choices[i].label for i in chosen]), scales
+            )
+            self._say(stepped, chosen, scales, solution)
+            same = before == {stepped.choices[i].label for i in chosen}
+            now = stepped
+            if same and _gain_left(now, solution) < _SETTLED:
+                break
+        return Fit(now, chosen, scales, solution, self.known)
+
+    def named(self, labels: Sequence[str]) -> Fit:
+        """The effects that are asked for, whether these flights need them or not, fitted beside the file's numbers."""
+        now = swung(linearised(self.observation, self.held, self.known), self.known)
+        every = [[i for i, c in enumerate(now.choices) if c.label == label] for label in labels]
+        # Every start of an effect that has several; the one that explains most is refined.
+        sets = [tuple(s) for s in product(*every)]
+        tried = [(float(now.scorer(s).scores([x])[0]), k, x) for k, s in enumerate(map(Scales, SCALES)) for x in sets]
+        _, common, chosen = max(tried)
+        scales = scaled(now, chosen, SCALES[common])
+        return self._settled(Fit(now, chosen, scales, now.scorer(scales).solution(chosen)), labels, _ROUNDS, False)
+
+    def fitted(self, labels: Sequence[str], like: Fit, scales: Scales | None = None, rounds: int = 2) -> Fit:
+        """A given set of effects, fitted from the linearisation of another set.
+
+        scales: how far the file is off, the effects of the model staying as they are; where it is not given, as far as
+        beside the other set, and they are fitted along.
+        """
+        chosen = like.linear.labelled(labels)
+        held = None if scales is None else self.held
+        scales = scales or like.scales
+        solution = like.linear.scorer(scales, held).solution(chosen)
+        begun = Fit(like.linear, chosen, scales, solution, like.known, held)
+        return self._settled(begun, labels, rounds, True)
+
+    def _settled(self, made: Fit, labels: Sequence[str], rounds: int, frozen: bool) -> Fit:
+        """A fit made linear around its own numbers until they settle. frozen: under the weights that it has."""
+        for _ in range(rounds):
+            now = self._stepped(made.linear, made.chosen, made.solution, frozen)
+            chosen = now.labelled(labels)
+            solution = now.scorer(made.scales, made.held).solution(chosen)
+            made = replace(made, linear=now, chosen=chosen, solution=solution)
+            if _gain_left(now, made.solution) < _SETTLED:
+                break
+        return made
+
+    def _stepped(self, now: Linear, chosen: tuple[int, ...], solution: Solution, frozen: bool = False) -> Linear:
+        """The model around the numbers of a solution, or part of the way there where the error does not fall."""
+        theta = solution.theta
+        here = now.sums.error(np.zeros(now.sums.width)).sum()
+        # A file that is taken as it is may leave more than before: as much as the linear model says is expected.
+        allowed = max(here, _EXPECTED * now.absent.error(theta).sum())
+        for k in range(_HALVES):
+            point = now.members(chosen, now.now + 0.5**k * (theta - now.now), shift=_LOOSE)
+            if np.array_equal(theta, now.now) or self._error(now, point) <= allowed:
+                break
+        return linearised(self.observation, point, self.known, like=now, frozen=frozen)
+
+    def _error(self, like: Linear, point: Sequence[Member]) -> float:
+        """Weighted squared error of the model at a point, under the weights of a linearisation."""
+        o = self.observation
+        raw = o.raw(o.model(point))
+        if raw is None:
+            return float("inf")
+        found = spectra(o.samples, o.transforms, [[x[:, :, None] for x in flight] for flight in raw])
+        return float(sum(np.sum(s.weighted(like.weights.of(k, s)) ** 2) for k, s in enumerate(found)))
+
+    def _say(self, now: Linear, chosen: tuple[int, ...], scales: Scales, solution: Solution) -> None:
+        labels = " + ".join(now.choices[i].label for i in chosen) or "nothing"
+        kinds = "".join(f", {k} {v:g}" for k, v in scales.kinds.items())
+        self.trail.append(f"{labels}: {solution.score:.1f} nats, file off by {scales.common:g} times 1 %{kinds}")
+
+
+def searched(now: Linear, start: tuple[int, ...] | None = None, scales: Scales | None = None):
+    """The best set of choices, the scales of the file that go with it, and its numbers.
+
+    How far the file is off and what is missing are found together: a number is missing physics where it is out of line
+    with the rest of the file. start, scales: of an earlier search, which is then only added to, taken from and
+    exchanged.
+    """
+    every = [i for i, c in enumerate(now.choices) if np.isfinite(c.price)]
+    if start is None or scales is None:
+        tried = [(now.scorer(s).search(MOST, every, beam=_NARROW, exhaustive=1), s) for s in map(Scales, SCALES)]
+        first, common = max(tried, key=lambda pair: pair[0].score)
+        scales = scaled(now, first.chosen, common.common)
+        solution = now.scorer(scales).search(MOST, every)
+    else:
+        near = [s for s in SCALES if 0.1 < s / scales.common < 10.0]
+        tried = [(now.scorer(s).search(2, every, start, beam=_NARROW, exhaustive=1), s) for s in map(Scales, near)]
+        first, common = max(tried, key=lambda pair: pair[0].score)
+        scales = scaled(now, first.chosen, common.common)
+        solution = now.scorer(scales).search(2, every, first.chosen, exhaustive=1)
+    return solution.chosen, scales, solution
+
+
+def scaled(now: Linear, chosen: tuple[int, ...], common: float) -> Scales:
+    """How far the file is off beside a set of effects, for each kind of which it holds several numbers.
+
+    A kind of one effect keeps the common scale: what is out of line with it is no longer a matter of the file.
+
+    Marginal likelihood (MacKay 1992) of the file numbers that are not chosen, chosen and kept effects integrated out.
+    """
+    taken = sorted({*now.kept, *(c for i in chosen for c in now.choices[i].columns)})
+    whole = now.absent.by_fold().sum(axis=0)
+    right, gram = whole[0, 1:], whole[1:, 1:]
+    labels = {now.choices[i].label for i in chosen}
+    file = [i for i in np.flatnonzero(now.spike(Scales(1.0)) > 0) if now.columns[i].candidate.label not in labels]
+    if not file:
+        return Scales(common)
+    of_taken = gram[np.ix_(taken, taken)] + np.eye(len(taken)) / SLAB**2
+    along = np.linalg.solve(of_taken, np.column_stack([gram[np.ix_(taken, file)], right[taken]]))
+    rest = gram[np.ix_(file, file)] - gram[np.ix_(file, taken)] @ along[:, :-1]
+    pull = right[file] - gram[np.ix_(file, taken)] @ along[:, -1]
+    kind = [FILE[now.columns[i].candidate.name][1] for i in file]
+    kinds = list(dict.fromkeys(kind))
+    deviation = {s: now.spike(Scales(s))[file] for s in SCALES}
+    of_kind = {k: np.array([x == k for x in kind]) for k in kinds}
+
+    def evidence(scale: dict[str, float]) -> float:
+        spread = np.zeros(len(file))
+        for k in kinds:
+            spread[of_kind[k]] = deviation[scale[k]][of_kind[k]]
+        inside = np.eye(len(file)) + rest * np.outer(spread, spread)
+        scaled = pull * spread
+        return 0.5 * float(scaled @ np.linalg.solve(inside, scaled) - np.linalg.slogdet(inside)[1])
+
+    scale = dict.fromkeys(kinds, common)
+    value = evidence(scale)
+    several = [
+        k
+        for k in kinds
+        if len({now.columns[i].candidate.label for i, own in zip(file, kind, strict=True) if own == k}) > 2
+    ]
+    for k in several:
+        for s in SCALES:
+            trial = {**scale, k: s}
+            reached = evidence(trial) - _apart(common, trial)
+            if reached > value + 1e-6:
+                scale, value = trial, reached
+    return _apart_scales(common, scale)
+
+
+def _apart(common: float, scale: dict[str, float]) -> float:
+    return _apart_scales(common, scale).cost()
+
+
+def _apart_scales(common: float, scale: dict[str, float]) -> Scales:
+    return Scales(common, {k: s for k, s in scale.items() if s != common})
+
+
+def _gain_left(now: Linear, solution: Solution) -> float:
+    """By how much the weighted squared error would still fall from where the model is to the solution's numbers."""
+    here = now.sums.error(np.zeros(now.sums.width)).sum()
+    there = now.absent.error(solution.theta).sum()
+    return float(here - there)

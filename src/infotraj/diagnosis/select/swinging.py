@@ -1,0 +1,104 @@
+"""Finds where to linearise an effect whose column changes its shape with a number: the length of a swinging load.
+
+An undamped swing drifts out of step with one of another length within seconds, so that no start is near enough. The
+number is looked for on a grid that is fine enough for the longest flight, by what the effect gains beside all others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from infotraj.diagnosis.linear.candidates import Candidate, Variant, places, read, variants, written
+from infotraj.diagnosis.noise.spectra import spectra
+from infotraj.diagnosis.select.around import Linear, linearised
+from infotraj.diagnosis.select.prior import SLAB, Scales
+from infotraj.errors import InputError
+from infotraj.rotations import Array
+
+_RATIO = 1.04  # from one value of the grid to the next: a fiftieth of a period after one swing
+_LONGEST = 20.0  # s of a flight that are scanned: a grid of this ratio stays in step about as long
+_SPAN = (0.35, 3.0)  # of the least and greatest start
+
+
+def shape_of(candidate: Candidate, vehicle) -> int | None:
+    """Which fitted number of a candidate changes nothing alone and has several starts; None for most effects."""
+    found = variants(candidate, vehicle)
+    if len(found) < 2:
+        return None
+    used = {i for i, _, _ in found[0].points}
+    idle = [i for i in range(len(found[0].start)) if i not in used]
+    return idle[0] if len(idle) == 1 and found[0].points else None
+
+
+def swung(now: Linear, known: Sequence[Candidate]) -> Linear:
+    """The same model with the best linearisation of each effect that has a shape in place of its own."""
+    more: dict[str, list[Variant]] = {}
+    for candidate in known:
+        shape = shape_of(candidate, now.observation.vehicle)
+        best = None if shape is None else _scanned(now, candidate, shape)
+        if best is not None:
+            more[candidate.label] = [best]
+    return linearised(now.observation, now.point, known, more, like=now) if more else now
+
+
+def _scanned(now: Linear, candidate: Candidate, shape: int) -> Variant | None:
+    o = now.observation
+    own = variants(candidate, o.vehicle)
+    at = places(candidate, o.vehicle)
+    starts = [v.start[shape] for v in own]
+    low, high = max(at[shape].low, _SPAN[0] * min(starts)), min(at[shape].high, _SPAN[1] * max(starts))
+    values = np.geomspace(low, high, 1 + int(np.ceil(np.log(high / low) / np.log(_RATIO))))
+    number = int(np.argmax([min(np.ptp(s.flight.t), _LONGEST) for s in o.samples]))
+    s, turns = o.samples[number], o.transforms[number]
+    until = s.flight.t[0] + _LONGEST
+    base = o.model(now.point)
+    before = s.residual(base)
+    others = [i for i, c in enumerate(now.columns) if c.candidate.label != candidate.label]
+    parts = [(k, p) for k, p in enumerate(now.found) if p.flight == number]
+    rows = [p.time < until for _, p in parts]
+    weight = [np.sqrt(now.weights.of(k, p))[r] for (k, p), r in zip(parts, rows, strict=True)]
+    fixed = np.concatenate(
+        [
+            p.values[np.ix_(r, [0, *(1 + i for i in others)])] * w[:, None]
+            for (_, p), r, w in zip(parts, rows, weight, strict=True)
+        ]
+    )
+    spike = now.spike(Scales(1.0))[others]
+    deviation = np.where(spike > 0, spike, SLAB)
+    gram = fixed[:, 1:].T @ fixed[:, 1:] + np.diag(deviation**-2.0)
+    rest = fixed[:, 0] - fixed[:, 1:] @ np.linalg.solve(gram, fixed[:, 1:].T @ fixed[:, 0])
+
+    def gain(value: float) -> float:
+        start = own[0].start.copy()
+        for i, _, size in own[0].points:
+            start[i] += size
+        start[shape] = value
+        try:
+            after = s.residual(base.with_effects(written(candidate, at, start)))
+        except InputError:
+            return 0.0
+        joint = [[(b - a)[:, :, None] for a, b in zip(after, before, strict=True)]]
+        of_one = spectra([s], [turns], joint)
+        x = np.concatenate([p.values[r, 0] * w for p, r, w in zip(of_one, rows, weight, strict=True)])
+        left = x - fixed[:, 1:] @ np.linalg.solve(gram, fixed[:, 1:].T @ x)
+        along, size = left @ rest, left @ x
+        return float(along * max(along, 0.0) / size) if size > 0 else 0.0
+
+    gains = np.array([gain(v) for v in values])
+    best = int(np.argmax(gains))
+    return _variant(candidate, at, own[0], float(values[best]), o.vehicle, shape) if gains[best] > 0 else None
+
+
+def _variant(candidate: Candidate, at, like: Variant, value: float, vehicle, shape: int) -> Variant:
+    absent = read(candidate.absent(vehicle), at)
+    start: Array = like.start.copy()
+    start[shape] = value
+    points = []
+    for i, _, size in like.points:
+        x = np.where(np.arange(len(absent)) == shape, value, absent)
+        x[i] = absent[i] + size
+        points.append((i, written(candidate, at, x), size))
+    return replace(like, points=tuple(points), start=start)
