@@ -82,6 +82,6 @@ def reached(vehicle: Vehicle) -> tuple[str, ...]:
     pushes = [vehicle.thrust_axis] if vehicle.inputs == "wrench" else [r.axis for r in vehicle.rotors]
     if vehicle.tilts or None in pushes:
         return AXES
-    directions = np.abs([np.asarray(axis, dtype=float) / np.linalg.norm(axis) for axis in pushes])
+    directions = np.abs([np.asarray(axis, dtype=float) / np.linalg.norm(axis) for axis in pushes if axis is not None])
     acts = [*(directions.max(axis=0) > 1e-3), True, True, True]
     return tuple(a for a, yes in zip(AXES, acts, strict=True) if yes)

@@ -92,7 +92,7 @@ def remaining(
 def _used(flight: Flight, vehicle: Vehicle, start: float | None, stop: float | None) -> NDArray:
     t = flight.t
     inside = (t >= (-np.inf if start is None else start)) & (t < (np.inf if stop is None else stop))
-    return inside & airborne_rows(flight, vehicle).rows
+    return inside & np.asarray(airborne_rows(flight, vehicle).rows, dtype=bool)
 
 
 def _still(flight: Flight, rows: NDArray) -> bool:

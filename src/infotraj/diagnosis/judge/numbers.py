@@ -92,8 +92,8 @@ def _in_the_file(effect: str, fixed: dict[str, int], place: int, vehicle: Vehicl
     if effect == "mass_offset":
         return "mass", float(vehicle.mass or 0.0), 1.0
     if effect == "inertia_error":
-        declared = np.diag(vehicle.inertia.matrix()) if vehicle.inertia is not None else np.zeros(3)
-        return f"inertia.{axis}{axis}", float(declared[place]), 1.0
+        moments = np.diag(vehicle.inertia.matrix()) if vehicle.inertia is not None else np.zeros(3)
+        return f"inertia.{axis}{axis}", float(moments[place]), 1.0
     if effect == "com_offset":
         return f"center_of_mass.{axis}", float(vehicle.center_of_mass[place]), 1.0
     if effect == "rotor_torque":

@@ -111,7 +111,7 @@ def _loudness(y: Array, table: _Table, i: int, gravity: float) -> float | None:
     name = table.axes[i]
     if name[0] not in "fvt" or name.startswith("turn"):
         return None
-    floor = float(white_noise(BIN * np.arange(len(y)), y[:, None])[0])
+    floor = float(white_noise(BIN * np.arange(float(len(y))), y[:, None])[0])
     size = float(np.sqrt(np.mean(y**2)))
     least = 0.03 * gravity * (BIN if name[0] == "v" else 1.0)
     if name[0] == "t":
@@ -145,7 +145,9 @@ def _table(o: Observation, left, predictions, name: str, rng: np.random.Generato
             total = np.stack([np.bincount(gathered.of_sample, left[number][place][:, i]) for i in range(3)], axis=1)
             targets.append(total if channel.difference else total / gathered.size[:, None])
             rate = s.prepared.recorded.rate
-            sides.append(np.zeros_like(targets[-1]) if name != "rate" else _binned_change(rate, gathered.time))
+            sides.append(
+                np.zeros_like(targets[-1]) if name != "rate" or rate is None else _binned_change(rate, gathered.time)
+            )
             tables.append(named(s, predictions[number], gathered.time))
             memories.append(memory(s, predictions[number], gathered.time))
             folds.append(o.blocks.fold[o.blocks.at(number, gathered.time)])
@@ -156,7 +158,7 @@ def _table(o: Observation, left, predictions, name: str, rng: np.random.Generato
     past = np.concatenate([m[:, :width] for m in memories])
     z = (plain - plain.mean(axis=0)) / np.maximum(plain.std(axis=0), 1e-9)
     moves = plain.std(axis=0) > 1e-6 * np.maximum(np.abs(plain).max(axis=0), 1e-12)
-    place = [k for k, n in enumerate(names) if n in ("px", "py", "pz") and moves[k]]
+    where_it_is = [k for k, n in enumerate(names) if n in ("px", "py", "pz") and moves[k]]
     motion = [
         k
         for k, n in enumerate(names)
@@ -164,8 +166,8 @@ def _table(o: Observation, left, predictions, name: str, rng: np.random.Generato
         and n.split()[0] in ("px", "py", "pz", "vx", "vy", "vz", "R13", "R23", "R33", "R11", "R21", "wx", "wy", "wz")
     ]
     parts = [z[:, moves], np.ones((len(z), 1)), _standard(past)]
-    if place:
-        parts.append(random_features(z[:, place], rng, 0.7))
+    if where_it_is:
+        parts.append(random_features(z[:, where_it_is], rng, 0.7))
     if motion:
         parts.append(random_features(z[:, motion], rng, 1.0))
     kept = tuple(n for n, m in zip(names, moves, strict=True) if m)

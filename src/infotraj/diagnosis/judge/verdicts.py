@@ -149,8 +149,8 @@ class Judge:
         if silent:
             return Finding(name, "Not testable here", (name,), None, {}, {}, silent)
         found = evidence_of_absent(self.whole, best, self.rng) if np.isfinite(max(scores)) else None
-        likely = found is not None and found.probability > 0.5 and found.rise >= self.matters
-        reason = "" if not likely else f"{found.probability:.0%} probable"
+        likely = found is not None and found.probability > _LIKELY and found.rise >= self.matters
+        reason = f"{found.probability:.0%} probable" if found is not None and likely else ""
         return Finding(name, "Plausible" if likely else "Not needed", (name,), found, {}, {}, reason)
 
     def _shows_nothing(self, choice: int, candidate: Candidate) -> str:

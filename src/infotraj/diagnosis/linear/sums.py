@@ -103,11 +103,13 @@ def blocks(found: Sequence[Spectrum]) -> Blocks:
     times = [np.concatenate([s.time for s in found if s.flight == k] or [np.zeros(0)]) for k in range(flights)]
     spans = [float(np.ptp(t)) if len(t) else 0.0 for t in times]
     length = max(BLOCK, sum(spans) / max(_MOST_BLOCKS - flights, 8))
-    edges, first, owner = [], [], []
+    edges: list[Array] = []
+    first: list[int] = []
+    owner: list[int] = []
     for k, (t, span) in enumerate(zip(times, spans, strict=True)):
         count = max(1, round(span / length))
         begin = float(t.min()) if len(t) else 0.0
-        edges.append(begin + span / count * np.arange(1, count))
+        edges.append(begin + span / count * np.arange(1.0, count))
         first.append(len(owner))
         owner += [k] * count
     flight = np.array(owner)

@@ -12,6 +12,7 @@ them: both sides alike. Above it the filters inside sensors, which no model here
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,7 @@ from infotraj.models.interpolation import interpolate
 from infotraj.models.prepared import Prepared
 from infotraj.rotations import Array
 
+T = TypeVar("T")
 SETTLING = 0.5  # s after the first row: the actuators start at their first command
 _GAP = 4.0  # usual steps; a longer step ends a run
 _FINEST = 0.005  # s between samples
@@ -110,7 +112,7 @@ def flight_samples(
         "outside --from and --to": (t < (-np.inf if start is None else start))
         | (t >= (np.inf if stop is None else stop)),
         "first half second": t < t[0] + SETTLING,
-        "not in the air": ~airborne_rows(flight, model.vehicle).rows,
+        "not in the air": ~np.asarray(airborne_rows(flight, model.vehicle).rows, dtype=bool),
         "inputs do not reach": ~np.asarray(prediction.covered, dtype=bool),
     }.items():
         left_out[reason] = int((keep & rows).sum())
@@ -134,7 +136,7 @@ def _sources(prepared: Prepared, prediction: Prediction) -> dict[str, tuple[bool
     none = np.zeros(len(flight.t), dtype=bool)
 
     def finite(*columns: str) -> NDArray:
-        return np.isfinite(flight.get(*columns)).all(axis=1) if flight.has(*columns) else none
+        return np.asarray(np.isfinite(flight.get(*columns)).all(axis=1)) if flight.has(*columns) else none
 
     measured_force = flight.has(*SPECIFIC_FORCE) and not is_derived(flight, SPECIFIC_FORCE)
     mass_reason = None if prepared.vehicle.mass is not None else "the vehicle file gives no mass"
@@ -214,9 +216,16 @@ def _force(samples: FlightSamples, prediction: Prediction, c: Channel) -> Array:
     return measured - mean(prediction.specific_force)
 
 
+def _had(stream: T | None) -> T:
+    """What a channel is made of: a channel that exists has it."""
+    if stream is None:
+        raise TypeError("a channel without its stream")
+    return stream
+
+
 def measured_change(samples: FlightSamples, c: Channel) -> Array:
     """Measured change of the rate (rad/s), (m, 3), over each sample of a rate channel."""
-    t, recorded = samples.prepared.recorded.t, samples.prepared.recorded.rate
+    t, recorded = samples.prepared.recorded.t, _had(samples.prepared.recorded.rate)
 
     def measured() -> Array:
         given = samples.flight.has(*RATE)
@@ -235,7 +244,8 @@ def measured_side(samples: FlightSamples, c: Channel) -> Array | None:
         return measured_change(samples, c)
     if c.name == "velocity":
         r = samples.prepared.recorded
-        v = interpolate(r.velocity.times, r.velocity.values, r.t)
+        velocity = _had(r.velocity)
+        v = interpolate(velocity.times, velocity.values, r.t)
         # What holds a vehicle up was measured, too: without it a thrust that is wrong by a share would go with nothing.
         fall = samples.prepared.vehicle.gravity * (r.t[c.last] - r.t[c.first])
         return v[c.last] - v[c.first] + np.array([0.0, 0.0, 1.0]) * fall[:, None]
@@ -250,30 +260,28 @@ def _rate(samples: FlightSamples, prediction: Prediction, c: Channel) -> Array:
 def _velocity(samples: FlightSamples, prediction: Prediction, c: Channel) -> Array:
     r = samples.prepared.recorded
     t = r.t
-    kept = samples.prepared.kept
+    kept, velocity, attitude = samples.prepared.kept, _had(r.velocity), _had(r.attitude)
 
     def turned() -> Array:
-        return rotations.normalize(
-            interpolate(r.attitude.times, r.attitude.values, np.append((t[1:] + t[:-1]) / 2, t[-1]))
-        )
+        return rotations.normalize(interpolate(attitude.times, attitude.values, np.append((t[1:] + t[:-1]) / 2, t[-1])))
 
     mean = rotations.to_world(kept.get("attitude half way", None, turned), prediction.specific_force_mean)
-    v = kept.get("velocity at rows", None, lambda: interpolate(r.velocity.times, r.velocity.values, t))
+    v = kept.get("velocity at rows", None, lambda: interpolate(velocity.times, velocity.values, t))
     return v[c.last] - v[c.first] - _steps(t, mean - [0.0, 0.0, samples.prepared.vehicle.gravity], c)
 
 
 def _turn(samples: FlightSamples, prediction: Prediction, c: Channel) -> Array:
     k = prediction.kinematics
     t = samples.prepared.recorded.t
-    turned = samples.prepared.kept.get("recorded turn of samples", None, lambda: _steps(t, k.turn, c))
-    return turned - _steps(t, k.turn_by_imu, c)
+    turned = samples.prepared.kept.get("recorded turn of samples", None, lambda: _steps(t, _had(k.turn), c))
+    return turned - _steps(t, _had(k.turn_by_imu), c)
 
 
 def _push(samples: FlightSamples, prediction: Prediction, c: Channel) -> Array:
     k = prediction.kinematics
     t = samples.prepared.recorded.t
-    pushed = samples.prepared.kept.get("recorded push of samples", None, lambda: _steps(t, k.push, c))
-    return pushed - _steps(t, k.push_by_imu, c)
+    pushed = samples.prepared.kept.get("recorded push of samples", None, lambda: _steps(t, _had(k.push), c))
+    return pushed - _steps(t, _had(k.push_by_imu), c)
 
 
 _RESIDUALS = {"force": _force, "velocity": _velocity, "rate": _rate, "turn": _turn, "push": _push}

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,9 +76,7 @@ def spectra(
     for number, (s, transform, flight) in enumerate(zip(samples, by, joint, strict=True)):
         for place, (c, turn, x) in enumerate(zip(s.channels, transform, flight, strict=True)):
             values = turn(x)
-            side = s.prepared.kept.get(
-                "measured coefficients", place, lambda s=s, c=c, turn=turn: _measured(s, c, turn)
-            )
+            side = s.prepared.kept.get("measured coefficients", place, partial(_measured, s, c, turn))
             band = np.clip(np.searchsorted(EDGES, turn.frequency, side="right") - 1, 0, BANDS - 1)
             for i, axis in enumerate(c.axes):
                 of_axis = None if side is None else side[:, i]

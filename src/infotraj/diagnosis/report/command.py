@@ -71,8 +71,8 @@ def diagnose_command(
 ) -> None:
     """Which named physical effect MODEL (a model or vehicle file) lacks on FLIGHTs, and how sure that is."""
     from infotraj.comparing import files
-    from infotraj.diagnosis import summary
     from infotraj.diagnosis.diagnosis import diagnose
+    from infotraj.diagnosis.report import summary
     from infotraj.diagnosis.report.saving import refuse_overwriting, save_diagnosed
     from infotraj.models.file import read_model
 

@@ -209,12 +209,13 @@ def linearised(
     choices: list[Choice] = []
     variants: list[Variant | None] = []
     for m, fresh in zip(point, found.members, strict=True):
-        own = tuple(first + old.index(i) for i in near[m.candidate.label]) if m.candidate.label in near else fresh
+        label = m.candidate.label
+        at = tuple(first + old.index(i) for i in near[label]) if label in near else tuple(fresh)
         now = read(m.effect, places(m.candidate, vehicle))
-        for k, i in enumerate(own):
+        for k, i in enumerate(at):
             columns[i] = _column(m.candidate, k, now[k], vehicle)
         if not m.held:
-            choices.append(Choice(m.candidate.label, own, price(m.candidate, alike.get(m.candidate.name, 1))))
+            choices.append(Choice(m.candidate.label, at, price(m.candidate, alike.get(m.candidate.name, 1))))
             variants.append(None)
     for c in found.choices:
         for column, (i, _, _) in zip(c.columns, c.variant.points, strict=True):
@@ -224,14 +225,14 @@ def linearised(
     parts = spectra(observation.samples, observation.transforms, found.joint)
     if like is not None:
         for choice, variant in zip(reused, of_reused, strict=True):
-            own = tuple(first + old.index(i) for i in choice.columns)
-            for i, k in zip(own, choice.columns, strict=True):
+            again_at = tuple(first + old.index(i) for i in choice.columns)
+            for i, k in zip(again_at, choice.columns, strict=True):
                 columns[i] = like.columns[k]
-            choices.append(replace(choice, columns=own))
+            choices.append(replace(choice, columns=again_at))
             variants.append(variant)
-        at = [1 + i for i in old]
+        kept = [1 + i for i in old]
         parts = [
-            replace(s, values=np.concatenate([s.values, b.values[:, at]], axis=1))
+            replace(s, values=np.concatenate([s.values, b.values[:, kept]], axis=1))
             for s, b in zip(parts, like.found, strict=True)
         ]
     if like is not None and frozen:

@@ -197,13 +197,14 @@ def scaled(now: Linear, chosen: tuple[int, ...], common: float) -> Scales:
     whole = now.absent.by_fold().sum(axis=0)
     right, gram = whole[0, 1:], whole[1:, 1:]
     labels = {now.choices[i].label for i in chosen}
-    file = [i for i in np.flatnonzero(now.spike(Scales(1.0)) > 0) if now.columns[i].candidate.label not in labels]
+    file = [int(i) for i in np.flatnonzero(now.spike(Scales(1.0)) > 0)]
+    file = [i for i in file if now.columns[i].candidate.label not in labels]
     if not file:
         return Scales(common)
-    of_taken = gram[np.ix_(taken, taken)] + np.eye(len(taken)) / SLAB**2
-    along = np.linalg.solve(of_taken, np.column_stack([gram[np.ix_(taken, file)], right[taken]]))
-    rest = gram[np.ix_(file, file)] - gram[np.ix_(file, taken)] @ along[:, :-1]
-    pull = right[file] - gram[np.ix_(file, taken)] @ along[:, -1]
+    of_taken = gram[taken][:, taken] + np.eye(len(taken)) / SLAB**2
+    along = np.linalg.solve(of_taken, np.column_stack([gram[taken][:, file], right[taken]]))
+    rest = gram[file][:, file] - gram[file][:, taken] @ along[:, :-1]
+    pull = right[file] - gram[file][:, taken] @ along[:, -1]
     kind = [FILE[now.columns[i].candidate.name][1] for i in file]
     kinds = list(dict.fromkeys(kind))
     deviation = {s: now.spike(Scales(s))[file] for s in SCALES}
