@@ -195,16 +195,20 @@ def _labels(whole: Fit, supported: Sequence[str], stand: dict[str, str]) -> list
 
 def _demoted(findings: Sequence[Finding], made: Given) -> tuple[Finding, ...] | None:
     """The findings without confidence in what ends at a bound of the model that is given, or of which it has nothing;
-    None where there is nothing of the kind."""
+    None where there is nothing of the kind. What flights could not tell from it stays."""
     why = beyond_bounds(made.fit.members, made.fit.linear.observation.vehicle) | made.lost
     by_name = {label.split()[0]: reason for label, reason in why.items()}
-    out, changed = [], False
+    if not any(f.name in by_name for f in findings if f.verdict in CONFIDENT):
+        return None
+    out = []
     for f in findings:
-        reason = next((by_name[n] for n in f.group[:1] if n in by_name), None)
-        if reason is not None and f.verdict in CONFIDENT:
-            f, changed = replace(f, verdict="Plausible", group=(f.name,), reason=reason), True
+        if f.verdict in CONFIDENT and f.name in by_name:
+            f = replace(f, verdict="Plausible", group=(f.name,), reason=by_name[f.name])
+        elif f.verdict in CONFIDENT and by_name.keys() & set(f.group):
+            group = tuple(n for n in f.group if n not in by_name)
+            f = replace(f, group=group, verdict=f.verdict if len(group) > 1 else "Supported")
         out.append(f)
-    return tuple(out) if changed else None
+    return tuple(out)
 
 
 def _with_held_back(findings: Sequence[Finding], made: Given) -> tuple[Finding, ...]:
