@@ -24,7 +24,6 @@ _SHARE = 0.05  # of what is explained at all, below which an effect is negligibl
 _LARGE = 1.0  # unless without it the error that is left doubles
 _LIKELY = 0.5
 SURE = 0.95  # probability that an effect is needed, and share of resamples that must need it
-_MAIN = 0.2  # of the most affected axis' rise: axes on which an effect acts
 _CHANGES = 1.0  # form error with which a number changes by as much as it is large
 
 
@@ -127,8 +126,7 @@ class Judge:
 
     def _beside_more(self, e: Evidence) -> str:
         """That more structure is left than the effect takes off, on every axis on which it acts; empty if not."""
-        most = max(e.takes.values(), default=0.0)
-        acts = [a for a, r in e.by_axis.items() if r >= _MAIN * e.rise and e.takes[a] > 0.0 and most > 0.0]
+        acts = [a for a, r in e.by_axis.items() if r >= self.matters and e.takes[a] > 0.0]
         found = {s.axis: s for s in self.left.axes}
         if not acts or any(a not in found or e.takes[a] >= found[a].size for a in acts):
             return ""
@@ -161,7 +159,7 @@ class Judge:
         inside = {x.candidate.name for x in self.whole.members}
         if candidate.cls.beside and not inside & set(candidate.cls.beside):
             return f"it acts beside {' or '.join(candidate.cls.beside)} only"
-        refused = f" ({next(iter(self.refused.values()))})" if self.refused else ""
+        refused = f" (not {', '.join(self.refused)}: {next(iter(self.refused.values()))})" if self.refused else ""
         return "" if told > 1.0 else f"these flights do not excite it: one of usual size would not show{refused}"
 
 

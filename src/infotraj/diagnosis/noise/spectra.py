@@ -22,7 +22,7 @@ from infotraj.rotations import Array
 EDGES = np.array([0.0, 0.5, 1.0, 1.5, 2.5, 3.5, 5.0, 7.0, 10.0, 14.0, 20.1])  # Hz
 BANDS = len(EDGES) - 1
 SLOW = 5.0  # Hz: what is slower moves a vehicle
-FREE = 3.0  # usual sizes: deviation of a number that is free
+FREE = 30.0  # usual sizes: deviation of a number that is free, so wide that no size of an effect is held back
 _ROUNDS = 4
 _TAILS = 4.0  # degrees of freedom of Student's t for a second of an axis: seconds of spikes count less
 _LEAST = 0.2  # of an axis' coefficients in a band: that many are left over however many numbers are fitted
