@@ -88,7 +88,7 @@ def literals(node):
 
 def test_every_code_that_is_written_out_in_the_sources_is_in_the_registry():
     found = set()
-    for path in [*(ROOT / "src/infotraj/checking").glob("*.py"), *(ROOT / "src/infotraj/diagnosis").glob("*.py")]:
+    for path in [*(ROOT / "src/infotraj/checking").glob("*.py"), *(ROOT / "src/infotraj/diagnosis").rglob("*.py")]:
         for node in ast.walk(ast.parse(path.read_text())):
             # The diagnosis has findings of its own, on effects.
             called = getattr(node.func, "id", "") if isinstance(node, ast.Call) and node.args else ""

@@ -113,7 +113,7 @@ def _shares(made: Fit, each: Array | None = None) -> Array:
     sums = made.linear.absent
     each = made.solution.each if each is None else each
     before = sums.plain_error(np.broadcast_to(made.scorer.given, each.shape))
-    return np.where(before > 0, np.sqrt(sums.plain_error(each) / np.maximum(before, 1e-300)), 0.0)
+    return np.where(before > 0, np.sqrt(np.maximum(sums.plain_error(each), 0.0) / np.maximum(before, 1e-300)), 0.0)
 
 
 def _pruned(made: Fit) -> Given:

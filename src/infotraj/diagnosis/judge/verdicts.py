@@ -148,7 +148,7 @@ class Judge:
             return Finding(name, "Not testable here", (name,), None, {}, {}, silent)
         found = evidence_of_absent(self.whole, best, self.rng) if np.isfinite(max(scores)) else None
         likely = found is not None and found.probability > _LIKELY and found.rise >= self.matters
-        reason = f"{found.probability:.0%} probable" if found is not None and likely else ""
+        reason = "with it numbers would end at a bound" if found is None else f"{found.probability:.0%} probable"
         return Finding(name, "Plausible" if likely else "Not needed", (name,), found, {}, {}, reason)
 
     def _shows_nothing(self, choice: int, candidate: Candidate) -> str:

@@ -25,6 +25,7 @@ SLOW = 5.0  # Hz: what is slower moves a vehicle
 FREE = 30.0  # usual sizes: deviation of a number that is free, so wide that no size of an effect is held back
 _ROUNDS = 4
 _TAILS = 4.0  # degrees of freedom of Student's t for a second of an axis: seconds of spikes count less
+_BESIDE = 0.01  # of the variance of the band beside it: noise that grows with the square of the frequency falls so
 _LEAST = 0.2  # of an axis' coefficients in a band: that many are left over however many numbers are fitted
 
 
@@ -119,9 +120,6 @@ def weights(found: Sequence[Spectrum], ignored: frozenset[str] = frozenset(), st
         second = [
             _seconds(s, s.values @ along, noise[axes.index(s.axis)], coherence[axes.index(s.axis)]) for s in found
         ]
-    if start is not None:
-        # An axis is believed as far as any linearisation explains it: a model that has run away is no reason to stop.
-        noise, coherence = np.minimum(noise, start.noise), np.maximum(coherence, start.coherence)
     coherence = np.where(np.array([a in ignored for a in axes])[:, None], 0.0, coherence)
     return Weights(axes, noise, coherence, tuple(second))
 
@@ -151,9 +149,16 @@ def _begun(square: Array, gram: Array, count: Array) -> Array:
 
 
 def _positive(variance: Array, gram: Array, count: Array) -> Array:
-    """The variance, never below a billionth of the residual's; 1 where there is nothing."""
+    """The variance, far below neither the residual's nor that of the bands beside it; 1 where there is nothing.
+
+    A slow band has few coefficients: a fit of many numbers may leave nothing of them, whatever their noise.
+    """
     least = np.maximum(1e-9 * gram[:, :, 0, 0] / np.maximum(count, 1), 1e-24)
-    return np.where(count > 0, np.maximum(variance, least), 1.0)
+    told = np.where(count > 0, np.maximum(variance, least), 0.0)
+    beside = np.zeros_like(told)
+    beside[:, 1:] = told[:, :-1]
+    beside[:, :-1] = np.maximum(beside[:, :-1], told[:, 1:])
+    return np.where(count > 0, np.maximum(told, _BESIDE * beside), 1.0)
 
 
 def _seconds(s: Spectrum, left: Array, noise: Array, coherence: Array) -> Array:
