@@ -117,11 +117,15 @@ def add(
     beside = [c for c in (*known, *file_only(vehicle, known)) if is_file_number(c) and c.label not in inside]
     search = Search(observe(model, flights, start, stop), (*chosen, *beside), held)
     made = search.named([c.label for c in chosen])
-    new = Model(vehicle, [m.effect for m in made.members])
+    asked = [c.label for c in chosen]
+    numbers = dict(zip((m.candidate.label for m in made.members), fitted_numbers(made), strict=True))
+    # As they stand in the model, then as they were asked for.
+    members = sorted(made.members, key=lambda m: -1 if m.held else asked.index(m.candidate.label))
+    new = Model(vehicle, [m.effect for m in members])
     return Added(
         new,
         tuple(names),
-        tuple(fitted_numbers(made)),
+        tuple(numbers[m.candidate.label] for m in members),
         refusal.errors(model, flights, start, stop),
         refusal.errors(new, flights, start, stop),
         beyond_bounds(made.members, vehicle),
