@@ -111,7 +111,7 @@ class Search:
         tried = [(float(now.scorer(s).scores([x])[0]), k, x) for k, s in enumerate(map(Scales, SCALES)) for x in sets]
         _, common, chosen = max(tried)
         scales = scaled(now, chosen, SCALES[common])
-        return self._settled(Fit(now, chosen, scales, now.scorer(scales).solution(chosen)), labels, _ROUNDS, False)
+        return self._settled(Fit(now, chosen, scales, now.scorer(scales).solution(chosen)), labels, 3 * _ROUNDS, False)
 
     def fitted(self, labels: Sequence[str], like: Fit, scales: Scales | None = None, rounds: int = 2) -> Fit:
         """A given set of effects, fitted from the linearisation of another set.
@@ -144,8 +144,11 @@ class Search:
         # A file that is taken as it is may leave more than before: as much as the linear model says is expected.
         allowed = max(here, _EXPECTED * now.absent.error(theta).sum())
         for k in range(_HALVES):
-            point = now.members(chosen, now.now + 0.5**k * (theta - now.now), shift=_LOOSE)
-            if np.array_equal(theta, now.now) or self._error(now, point) <= allowed:
+            numbers = now.now + 0.5**k * (theta - now.now)
+            point = now.members(chosen, numbers, shift=_LOOSE)
+            # Beside all that the file is off by, as the linear model has it.
+            tried = now.members(chosen, numbers, shift=0.0, straight=True)
+            if np.array_equal(theta, now.now) or self._error(now, tried) <= allowed:
                 break
         return linearised(self.observation, point, self.known, like=now, frozen=frozen)
 
