@@ -18,7 +18,9 @@ from infotraj.diagnosis.judge.numbers import fitted_numbers
 from infotraj.diagnosis.linear.candidates import candidates
 from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.prior import file_only, is_file_number
+from infotraj.diagnosis.select.reading import as_commanded
 from infotraj.diagnosis.select.search import Search
+from infotraj.diagnosis.select.swinging import swung
 from infotraj.dynamics.inputs import for_vehicle
 from infotraj.effects import catalogue, effect_class
 from infotraj.errors import InputError, UsageError, problem
@@ -115,8 +117,10 @@ def add(
         raise UsageError(problem(f"{twice[0]} is in the model already", "an effect that is not", "Drop it."))
     inside = {c.label for c in (*chosen, *(m.candidate for m in held))}
     beside = [c for c in (*known, *file_only(vehicle, known)) if is_file_number(c) and c.label not in inside]
-    search = Search(observe(model, flights, start, stop), (*chosen, *beside), held)
-    made = search.named([c.label for c in chosen])
+    every = (*chosen, *beside)
+    first = swung(as_commanded(observe(model, flights, start, stop), held, every), every)
+    search = Search(first.observation, every, held)
+    made = search.named(first, [c.label for c in chosen])
     asked = [c.label for c in chosen]
     numbers = dict(zip((m.candidate.label for m in made.members), fitted_numbers(made), strict=True))
     # As they stand in the model, then as they were asked for.
@@ -129,7 +133,7 @@ def add(
         refusal.errors(model, flights, start, stop),
         refusal.errors(new, flights, start, stop),
         beyond_bounds(made.members, vehicle),
-        max(map(command_steps, flights)),
+        max(command_steps(s.flight) for s in search.observation.samples),
         tuple(accepted_in(flights)),
     )
 

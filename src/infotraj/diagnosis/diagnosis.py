@@ -24,7 +24,9 @@ from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.measure.residual import FlightSamples
 from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.prior import file_only
+from infotraj.diagnosis.select.reading import as_commanded
 from infotraj.diagnosis.select.search import Fit, Search
+from infotraj.diagnosis.select.swinging import swung
 from infotraj.dynamics.inputs import for_vehicle
 from infotraj.effects import Effect, catalogue
 from infotraj.flight import Flight, command_steps
@@ -181,9 +183,12 @@ def _searched(
         left_to += [c for c in file_only(observation.vehicle, known) if c.label not in taken]
         ignored = of_residual(with_mixed(refused_axes(doubts), observation.samples))
         observation = observation.without_axes(ignored)
-    search = Search(observation, tuple(left_to), held)
-    same = like is not None and {c.label for c in left_to} == {c.label for c in like.known}
-    return search, search.best(like if same else None), why_not
+    if like is not None and {c.label for c in left_to} == {c.label for c in like.known}:
+        first = like.linear.weighed_by(like.linear.observation.without_axes(observation.ignored))
+    else:
+        first = swung(as_commanded(observation, held, left_to), left_to)
+    search = Search(first.observation, tuple(left_to), held)
+    return search, search.best(first), why_not
 
 
 def _labels(whole: Fit, supported: Sequence[str], stand: dict[str, str]) -> list[str]:

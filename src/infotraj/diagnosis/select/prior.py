@@ -40,8 +40,6 @@ FILE = {
 }
 _LAG = 0.03  # of the declared time constant; a file that declares none is not off by some: its vehicle has no lag
 _STAMP = 0.1  # of the time between commands: their stamps are hardly more exact
-_HELD = 1 / 6  # of the time between commands beyond 10 ms: when they acted in between is not known
-_DENSE = 0.01  # s
 
 
 @dataclass(frozen=True)
@@ -82,10 +80,7 @@ def spikes(owners: Sequence[tuple[Candidate, float]], scales: Scales, command_st
             deviation = _LAG * _declared_lag(candidate.name, vehicle) / abs(size)
         out[i] = scales.of(kind) * deviation
         if kind in ("time", "clock"):
-            unknown = _STAMP * command_step + (
-                _HELD * max(command_step - _DENSE, 0.0) if candidate.name in ("actuation_delay", "time_offset") else 0.0
-            )
-            out[i] = np.hypot(out[i], unknown / abs(size))
+            out[i] = np.hypot(out[i], _STAMP * command_step / abs(size))
     return out
 
 

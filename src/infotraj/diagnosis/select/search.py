@@ -19,7 +19,6 @@ from infotraj.diagnosis.noise.spectra import spectra
 from infotraj.diagnosis.select.around import Linear, linearised
 from infotraj.diagnosis.select.prior import FILE, SCALES, SLAB, Scales
 from infotraj.diagnosis.select.score import Scorer, Solution
-from infotraj.diagnosis.select.swinging import swung
 from infotraj.rotations import Array
 
 MOST = 6  # effects: physics of which six named ones are not enough is not of this catalogue
@@ -81,12 +80,8 @@ class Search:
     held: tuple[Member, ...]
     trail: list[str] = field(default_factory=list)
 
-    def best(self, like: Fit | None = None) -> Fit:
-        """The most probable set of effects, fitted. like: that of the same flights and effects on other axes."""
-        if like is None:
-            now = swung(linearised(self.observation, self.held, self.known), self.known)
-        else:
-            now = like.linear.weighed_by(self.observation)
+    def best(self, now: Linear) -> Fit:
+        """The most probable set of effects, fitted. now: where it begins."""
         chosen, scales, solution = searched(now)
         self._say(now, chosen, scales, solution)
         for _ in range(_ROUNDS):
@@ -102,9 +97,11 @@ class Search:
                 break
         return Fit(now, chosen, scales, solution, self.known)
 
-    def named(self, labels: Sequence[str]) -> Fit:
-        """The effects that are asked for, whether these flights need them or not, fitted beside the file's numbers."""
-        now = swung(linearised(self.observation, self.held, self.known), self.known)
+    def named(self, now: Linear, labels: Sequence[str]) -> Fit:
+        """The effects that are asked for, whether these flights need them or not, fitted beside the file's numbers.
+
+        now: where it begins.
+        """
         every = [[i for i, c in enumerate(now.choices) if c.label == label] for label in labels]
         # Every start of an effect that has several; the one that explains most is refined.
         sets = [tuple(s) for s in product(*every)]
