@@ -23,7 +23,7 @@ from infotraj.models.interpolation import interpolate
 from infotraj.models.recorded import Samples
 from infotraj.rotations import Array
 
-_RIDGES = 10.0 ** np.arange(-1.0, 5.5, 0.5)
+_RIDGES = np.append(10.0 ** np.arange(-1.0, 5.5, 0.5), np.inf)
 _SHIFTS = 12
 _TERMS = 3
 _LEAST_SHARE = 0.05
@@ -73,7 +73,7 @@ def unexplained(whole: Fit, matters: float, rng: np.random.Generator) -> Unexpla
     held: dict[str, tuple[float, float, tuple, str | None, float]] = {}
     for name in names:
         table = _table(o, left, predictions, name, rng)
-        ridge = _Ridge(table.features, table.fold)
+        ridge = _Stages(table.features, table.fold)
         for i in range(3):
             axis, outcome, fitted = _axis(table, ridge, i)
             ratio = _loudness(table.target[:, i] - fitted, table, i, o.vehicle.gravity)
@@ -121,12 +121,12 @@ def _loudness(y: Array, table: _Table, i: int, gravity: float) -> float | None:
 
 @dataclass(frozen=True)
 class _Table:
-    """Targets and what was measured (N, 3), features (N, d), named ones first, and folds (N,), of one channel."""
+    """Targets and what was measured (N, 3), features in groups (N, d), named ones first, and folds (N,), of a channel."""
 
     axes: tuple[str, ...]
     target: Array
     measured: Array
-    features: Array
+    features: tuple[Array, ...]
     names: tuple[str, ...]
     fold: Array
     where: list
@@ -165,7 +165,7 @@ def _table(o: Observation, left, predictions, name: str, rng: np.random.Generato
         if moves[k]
         and n.split()[0] in ("px", "py", "pz", "vx", "vy", "vz", "R13", "R23", "R33", "R11", "R21", "wx", "wy", "wz")
     ]
-    parts = [z[:, moves], np.ones((len(z), 1)), _standard(past)]
+    parts = [np.column_stack([z[:, moves], np.ones(len(z))]), _standard(past)]
     if where_it_is:
         parts.append(random_features(z[:, where_it_is], rng, 0.7))
     if motion:
@@ -176,7 +176,7 @@ def _table(o: Observation, left, predictions, name: str, rng: np.random.Generato
         axes,
         np.concatenate(targets),
         np.concatenate(sides),
-        np.concatenate(parts, axis=1),
+        tuple(parts),
         kept,
         np.concatenate(folds),
         where,
@@ -194,7 +194,7 @@ def _standard(x: Array) -> Array:
     return (x - x.mean(axis=0)) / np.maximum(x.std(axis=0), 1e-9) if x.shape[1] else x
 
 
-def _axis(table: _Table, ridge: _Ridge, i: int) -> tuple[str, tuple, Array]:
+def _axis(table: _Table, ridge: _Stages, i: int) -> tuple[str, tuple, Array]:
     y = table.target[:, i]
     size = max(float(y.std()), 1e-300)
     share, fitted = ridge.held_out(y / size)
@@ -206,7 +206,7 @@ def _axis(table: _Table, ridge: _Ridge, i: int) -> tuple[str, tuple, Array]:
                 rows = np.flatnonzero(table.fold == f)
                 shifted[rows] = np.roll(y[rows], round(len(rows) * k / (_SHIFTS + 1)))
             null = max(null, ridge.held_out(shifted / size)[0])
-    columns = table.features[:, : len(table.names)]
+    columns = table.features[0][:, : len(table.names)]
     spread = columns.std(axis=0) * max(float(y.std()), 1e-300)
     correlation = (columns * (y - y.mean())[:, None]).mean(axis=0) / np.maximum(spread, 1e-300)
     order = np.argsort(-np.abs(correlation))[:3]
@@ -217,27 +217,36 @@ def _axis(table: _Table, ridge: _Ridge, i: int) -> tuple[str, tuple, Array]:
     return table.axes[i], (share, null, goes, hint, hint_share), fitted * size
 
 
-class _Ridge:
-    """Ridge regression of any target (N,) on features (N, d), fitted on all folds but one and tested on that one."""
+class _Stages:
+    """Ridge regression of any target (N,) on groups of features, each on what the groups before it leave.
 
-    def __init__(self, x: Array, fold: Array) -> None:
-        self.parts = []
-        grams = {f: x[fold == f].T @ x[fold == f] for f in np.unique(fold)}
-        gram = sum(grams.values())
-        for f in grams:
-            values, vectors = np.linalg.eigh(gram - grams[f])
-            along_train, along_test = x[fold != f] @ vectors, x[fold == f] @ vectors
-            self.parts.append((fold == f, along_train, along_test, np.maximum(values, 0.0)))
+    Fitted on all folds but one and tested on that one. Each group has a ridge of its own, or no part: what a few
+    features say is not lost among hundreds of others. The group that says most alone comes first.
+    """
+
+    def __init__(self, groups: Sequence[Array], fold: Array) -> None:
+        self.groups = [[_turned(x, fold == f) for f in np.unique(fold)] for x in groups if x.shape[1]]
 
     def held_out(self, y: Array) -> tuple[float, Array]:
-        """Share of y's square that is predicted, its ridge chosen there, and the prediction (N,)."""
+        """Share of y's square that is predicted, and the prediction (N,)."""
+        alone = [float(np.sum((y - self._stage(g, y)) ** 2)) for g in self.groups]
+        fitted = np.zeros(len(y))
+        for k in np.argsort(alone):
+            fitted += self._stage(self.groups[k], y - fitted)
+        return float(1.0 - np.sum((y - fitted) ** 2) / np.sum(y**2)), fitted
+
+    def _stage(self, group: Sequence[tuple[Array, Array, Array, Array]], y: Array) -> Array:
         total = np.zeros((len(_RIDGES), len(y)))
-        for out, train, test, values in self.parts:
+        for out, train, test, values in group:
             theta = (train.T @ y[~out])[:, None] / (values[:, None] + _RIDGES)
             total[:, out] = (test @ theta).T
-        errors = np.sum((y - total) ** 2, axis=1)
-        best = int(np.argmin(errors))
-        return float(1.0 - errors[best] / np.sum(y**2)), total[best]
+        return total[int(np.argmin(np.sum((y - total) ** 2, axis=1)))]
+
+
+def _turned(x: Array, out: Array) -> tuple[Array, Array, Array, Array]:
+    """Rows that are left out, the others and those along the principal axes of the others, and the axes' squares."""
+    values, vectors = np.linalg.eigh(x[~out].T @ x[~out])
+    return out, x[~out] @ vectors, x[out] @ vectors, np.maximum(values, 0.0)
 
 
 def _formula(x: Array, names: Sequence[str], y: Array, fold: Array, axis: str) -> tuple[str | None, float]:

@@ -125,15 +125,18 @@ class Judge:
         return ("Plausible", beside) if beside else (None, "")
 
     def _beside_more(self, e: Evidence) -> str:
-        """That more structure is left than the effect takes off, on every axis on which it acts; empty if not."""
-        acts = [a for a, r in e.by_axis.items() if r >= self.matters and e.takes[a] > 0.0]
-        found = {s.axis: s for s in self.left.axes}
-        if not acts or any(a not in found or e.takes[a] >= found[a].size for a in acts):
+        """That more structure is left than the effect takes off, where it acts; empty if not.
+
+        Axes count by how much the effect acts there; both in units of what noise leaves.
+        """
+        acts = {a: r for a, r in e.by_axis.items() if r > 0.0 and e.takes[a] > 0.0}
+        left = {s.axis: s.rise for s in self.left.axes}
+        more = sum(r * (left.get(a, 0.0) - r) for a, r in acts.items())
+        if more <= 0.0:
             return ""
-        axis = max(acts, key=lambda a: e.by_axis[a])
-        share = e.takes[axis] / max(found[axis].size, 1e-300)
+        axis = max(acts, key=lambda a: acts[a] * left.get(a, 0.0))
         group = refusal.axis_group(axis) or axis
-        return f"on {group} it takes {share:.0%} of what is left and goes with the motion: it may be part of that"
+        return f"on {group} more is left that goes with the motion than it takes off: it may be part of that"
 
     def _of_absent(self, name: str) -> Finding:
         linear = self.whole.linear
