@@ -6,7 +6,7 @@ made linear again around what was found (Gauss and Newton), file numbers include
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
@@ -95,7 +95,23 @@ class Search:
             now = stepped
             if same and _gain_left(now, solution) < _SETTLED:
                 break
-        return Fit(now, chosen, scales, solution, self.known)
+        found = Fit(now, chosen, scales, solution, self.known)
+        best = max((found, *self._partnered(found)), key=lambda f: f.solution.score)
+        return found if best is found else self._settled(best, best.labels, 3 * _ROUNDS, False)
+
+    def _partnered(self, found: Fit) -> Iterator[Fit]:
+        """The same with what an effect acts beside exchanged, under the same weights: its columns are made anew."""
+        names = {m.candidate.name for m in found.members}
+        for m in found.members:
+            partners = [x for x in found.members if x.candidate.name in m.candidate.cls.beside and not x.held]
+            others = [c for c in self.known if c.name in set(m.candidate.cls.beside) - names]
+            for partner, other in product(partners, others) if not m.held else ():
+                labels = [other.label if x == partner.candidate.label else x for x in found.labels]
+                made = self.fitted(labels, found)
+                chosen, scales, solution = searched(made.linear, made.chosen, made.scales)
+                self._say(made.linear, chosen, scales, solution)
+                settled = Fit(made.linear, chosen, scales, solution, self.known)
+                yield self._settled(settled, settled.labels, 1, True)
 
     def named(self, now: Linear, labels: Sequence[str]) -> Fit:
         """The effects that are asked for, whether these flights need them or not, fitted beside the file's numbers.
