@@ -1,8 +1,9 @@
-"""The model that is given: what is named is added, and no axis is predicted worse for it on flights not fitted.
+"""The model that is given: what is named is added, and flights that were not fitted are predicted better for it.
 
 Numbers are fitted beside the file as it is, as far as they can take along what the file is off by; where an axis would
 be predicted worse for that they stay as found beside the file's own errors. A number with which an axis is still
-predicted worse stays absent: these flights do not agree on it.
+predicted worse stays absent where it spoils more than it mends: what a wrong file has cancelled by chance on one axis
+is no reason against a number that takes most of the error off another.
 """
 
 from __future__ import annotations
@@ -14,7 +15,6 @@ import numpy as np
 
 from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.linear.candidates import places
-from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.linear.sums import SLOW_BANDS
 from infotraj.diagnosis.noise.spectra import spectra
 from infotraj.diagnosis.select.bounds import beyond_bounds
@@ -46,41 +46,9 @@ def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
         found = _as_found(search, whole, labels)
         vehicle = search.observation.vehicle
         ended = bool(beyond_bounds(made.members, vehicle)) and not beyond_bounds(found.members, vehicle)
-        worst, otherwise = _shares(made).max(), _shares(found).max()
-        if ended or (worst > _WORSE and otherwise < worst):
+        if ended or _net(_shares(found)) < _net(_shares(made)):
             made = found
-    pruned = _pruned(made)
-    return pruned if pruned.lost else _borne_out(search, pruned)
-
-
-def _borne_out(search: Search, made: Given) -> Given:
-    """The same, less the effect for which an axis is worse when the model is computed as it is, not made linear."""
-    axes, before = _computed(search, search.held)
-    after = _computed(search, made.fit.members)[1]
-    share = np.sqrt(after / np.maximum(before, 1e-300))
-    k = int(np.argmax(share))
-    if share[k] <= _WORSE:
-        return made
-    new = [m for m in made.fit.members if not m.held]
-    left = [_computed(search, [x for x in made.fit.members if x is not m])[1][k] for m in new]
-    label = new[int(np.argmin(left))].candidate.label
-    axis = refusal.axis_group(axes[k]) or axes[k]
-    return replace(made, lost={label: f"{axis} is predicted worse with it, by {share[k] - 1:.0%}"})
-
-
-def _computed(search: Search, members: Sequence[Member]) -> tuple[list[str], Array]:
-    """Axes and mean square (axes,) of the slow coefficients that a model leaves; infinite where it predicts nothing."""
-    o = search.observation
-    raw = o.raw(o.model(members))
-    axes = list(dict.fromkeys(a for s in o.samples for c in s.channels for a in c.axes))
-    if raw is None:
-        return axes, np.full(len(axes), np.inf)
-    total, count = np.zeros(len(axes)), np.zeros(len(axes))
-    for s in spectra(o.samples, o.transforms, [[x[:, :, None] for x in flight] for flight in raw]):
-        slow = s.values[s.band < SLOW_BANDS, 0]
-        total[axes.index(s.axis)] += slow @ slow
-        count[axes.index(s.axis)] += len(slow)
-    return axes, total / np.maximum(count, 1)
+    return _pruned(made)
 
 
 def _as_found(search: Search, whole: Fit, labels: Sequence[str]) -> Fit:
@@ -109,11 +77,45 @@ def _at(made: Fit, theta: Array, each: Array) -> Fit:
 
 
 def _shares(made: Fit, each: Array | None = None) -> Array:
-    """Root mean square error (axes,) that is left on flights not fitted, as a share of that of the model as given."""
-    sums = made.linear.absent
-    each = made.solution.each if each is None else each
-    before = sums.plain_error(np.broadcast_to(made.scorer.given, each.shape))
-    return np.where(before > 0, np.sqrt(np.maximum(sums.plain_error(each), 0.0) / np.maximum(before, 1e-300)), 0.0)
+    """Root mean square error (axes,) on flights not fitted, as a share of that of the model as given; 0 of nothing."""
+    before = _left(made, None)
+    after = _left(made, made.solution.each if each is None else each)
+    return np.where(before > 0, np.sqrt(after / np.maximum(before, 1e-300)), 0.0)
+
+
+def _left(made: Fit, each: Array | None) -> Array:
+    """Mean square (axes,) of the slow coefficients of every fold under the numbers that were fitted without it.
+
+    each (folds, p); None: the model as given. The model is computed as it is, not made linear: a product of what the
+    file is off by and an effect may be as large as either.
+    """
+    linear, o = made.linear, made.linear.observation
+    axes = linear.sums.axes
+    total, count = np.zeros(len(axes)), np.zeros(len(axes))
+    folds = [None] if each is None else list(np.unique(o.blocks.fold))
+    for k, fold in enumerate(folds):
+        members = [m for m in linear.point if m.held] if made.held is None else list(made.held)
+        if each is not None:
+            members = list(linear.members(made.chosen, each[k], shift=np.inf))
+        model = o.model(members)
+        for number, (samples, turns) in enumerate(zip(o.samples, o.transforms, strict=True)):
+            if fold is not None and fold not in o.blocks.fold[o.blocks.flight == number]:
+                continue
+            raw = replace(o, samples=(samples,)).raw(model)
+            if raw is None:
+                return np.full(len(axes), np.inf)
+            for s in spectra([samples], [turns], [[x[:, :, None] for x in raw[0]]]):
+                own = s.band < SLOW_BANDS
+                if fold is not None:
+                    own &= o.blocks.fold[o.blocks.at(number, s.time)] == fold
+                total[axes.index(s.axis)] += s.values[own, 0] @ s.values[own, 0]
+                count[axes.index(s.axis)] += own.sum()
+    return np.where([a in o.ignored for a in axes], 0.0, total / np.maximum(count, 1))
+
+
+def _net(share: Array) -> float:
+    """What a model does to all axes together: the sum of the logarithms of their errors' shares."""
+    return float(np.sum(np.log(np.clip(share, 1e-6, 1e6)[share > 0])))
 
 
 def _pruned(made: Fit) -> Given:
@@ -129,7 +131,9 @@ def _pruned(made: Fit) -> Given:
         if share[k] <= _WORSE or not left:
             break
         tried = {u: _without(theta, each, u) for u in left}
-        best = min(left, key=lambda u: _shares(made, tried[u][1])[k])
+        best = min(left, key=lambda u: _net(_shares(made, tried[u][1])))
+        if _net(_shares(made, tried[best][1])) >= _net(share):
+            break
         axis = refusal.axis_group(made.linear.sums.axes[k]) or made.linear.sums.axes[k]
         why.setdefault(units[best], f"{axis} is predicted worse with it, by {share[k] - 1:.0%}")
         gone.add(best)

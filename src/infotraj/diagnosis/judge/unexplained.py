@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from infotraj.comparing.floor import white_noise
 from infotraj.diagnosis.judge.features import BIN, bins, memory, named, random_features
@@ -121,7 +122,7 @@ def _loudness(y: Array, table: _Table, i: int, gravity: float) -> float | None:
 
 @dataclass(frozen=True)
 class _Table:
-    """Targets and what was measured (N, 3), features in groups (N, d), named ones first, and folds (N,), of a channel."""
+    """Targets and what was measured (N, 3), features in groups (N, d), named ones first, folds (N,)."""
 
     axes: tuple[str, ...]
     target: Array
@@ -224,7 +225,7 @@ class _Stages:
     features say is not lost among hundreds of others. The group that says most alone comes first.
     """
 
-    def __init__(self, groups: Sequence[Array], fold: Array) -> None:
+    def __init__(self, groups: Sequence[Array], fold: NDArray) -> None:
         self.groups = [[_turned(x, fold == f) for f in np.unique(fold)] for x in groups if x.shape[1]]
 
     def held_out(self, y: Array) -> tuple[float, Array]:
@@ -235,7 +236,7 @@ class _Stages:
             fitted += self._stage(self.groups[k], y - fitted)
         return float(1.0 - np.sum((y - fitted) ** 2) / np.sum(y**2)), fitted
 
-    def _stage(self, group: Sequence[tuple[Array, Array, Array, Array]], y: Array) -> Array:
+    def _stage(self, group: Sequence[tuple[NDArray, Array, Array, Array]], y: Array) -> Array:
         total = np.zeros((len(_RIDGES), len(y)))
         for out, train, test, values in group:
             theta = (train.T @ y[~out])[:, None] / (values[:, None] + _RIDGES)
@@ -243,7 +244,7 @@ class _Stages:
         return total[int(np.argmin(np.sum((y - total) ** 2, axis=1)))]
 
 
-def _turned(x: Array, out: Array) -> tuple[Array, Array, Array, Array]:
+def _turned(x: Array, out: NDArray) -> tuple[NDArray, Array, Array, Array]:
     """Rows that are left out, the others and those along the principal axes of the others, and the axes' squares."""
     values, vectors = np.linalg.eigh(x[~out].T @ x[~out])
     return out, x[~out] @ vectors, x[out] @ vectors, np.maximum(values, 0.0)
