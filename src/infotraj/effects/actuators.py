@@ -53,8 +53,13 @@ class RotorLag(Effect):
     def hidden(cls, vehicle: Vehicle, flight: Flight) -> str | None:
         return coarse(flight, command_columns(vehicle))
 
+    @classmethod
+    def bounds(cls, vehicle: Vehicle, parameter: Parameter) -> tuple[float, float]:
+        """Down to no lag at all: the file may declare too much."""
+        return -float(vehicle.input_time_constants.min()), parameter.bounds[1]
+
     def actuators(self, law: ActuatorLaw) -> ActuatorLaw:
-        return replace(law, rotor_time_constant=law.rotor_time_constant + self.extra_time_constant)
+        return replace(law, rotor_time_constant=np.maximum(law.rotor_time_constant + self.extra_time_constant, 0.0))
 
 
 class ServoLag(Effect):
@@ -71,8 +76,13 @@ class ServoLag(Effect):
     def hidden(cls, vehicle: Vehicle, flight: Flight) -> str | None:
         return still_tilts(vehicle, flight) or coarse(flight, tilt_columns(vehicle))
 
+    @classmethod
+    def bounds(cls, vehicle: Vehicle, parameter: Parameter) -> tuple[float, float]:
+        """Down to no lag at all: the file may declare too much."""
+        return -min((t.time_constant for t in vehicle.tilts), default=0.0), parameter.bounds[1]
+
     def actuators(self, law: ActuatorLaw) -> ActuatorLaw:
-        return replace(law, tilt_time_constant=law.tilt_time_constant + self.extra_time_constant)
+        return replace(law, tilt_time_constant=np.maximum(law.tilt_time_constant + self.extra_time_constant, 0.0))
 
 
 class ServoRateLimit(Effect):

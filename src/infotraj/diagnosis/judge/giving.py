@@ -48,7 +48,10 @@ def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
         ended = bool(beyond_bounds(made.members, vehicle)) and not beyond_bounds(found.members, vehicle)
         if ended or _net(_shares(found)) < _net(_shares(made)):
             made = found
-    return _pruned(made)
+    pruned = _pruned(made)
+    left = {m.candidate.label for m in pruned.fit.members if m.effect.is_absent(search.observation.vehicle)}
+    nothing = "the model that predicts best beside the file as it is has nothing of it"
+    return replace(pruned, lost={label: nothing for label in labels if label in left} | pruned.lost)
 
 
 def _as_found(search: Search, whole: Fit, labels: Sequence[str]) -> Fit:
@@ -110,7 +113,7 @@ def _left(made: Fit, each: Array | None) -> Array:
                     own &= o.blocks.fold[o.blocks.at(number, s.time)] == fold
                 total[axes.index(s.axis)] += s.values[own, 0] @ s.values[own, 0]
                 count[axes.index(s.axis)] += own.sum()
-    return np.where([a in o.ignored for a in axes], 0.0, total / np.maximum(count, 1))
+    return total / np.maximum(count, 1)
 
 
 def _net(share: Array) -> float:

@@ -23,7 +23,7 @@ from infotraj.rotations import Array
 
 MOST = 6  # effects: physics of which six named ones are not enough is not of this catalogue
 _NARROW = 4  # sets that are kept while the scale of the file is looked for
-_ROUNDS = 3
+_ROUNDS = 5
 _SETTLED = 1.0  # weighted squared error by which a last step may still fall
 _HALVES = 5
 _EXPECTED = 1.2  # times the error that the linear model says of a step: with more it is taken by half
