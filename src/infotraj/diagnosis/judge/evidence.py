@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.linear.sums import Sums
 from infotraj.diagnosis.select.prior import Scales
 from infotraj.diagnosis.select.search import Fit
@@ -123,7 +124,8 @@ def takes_half(whole: Fit, label: str) -> bool:
     scorer = linear.scorer(Scales(0.0), [m for m in linear.point if m.held])
     rest = tuple(i for i in whole.chosen if linear.choices[i].label != label)
     every = linear.absent.plain_error(scorer.solution(whole.chosen).each)
-    return bool(np.any(every < _HALF**2 * linear.absent.plain_error(scorer.solution(rest).each)))
+    moves = np.array([refusal.axis_group(a) is not None or a[0] == "v" for a in linear.sums.axes])
+    return bool(np.any((every < _HALF**2 * linear.absent.plain_error(scorer.solution(rest).each))[moves]))
 
 
 def resampled(flight: NDArray, rng: np.random.Generator, count: int = RESAMPLES) -> Array:

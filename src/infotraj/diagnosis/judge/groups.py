@@ -43,8 +43,10 @@ def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival
     gain = whole.solution.score - scores[0]
     alone = rise_beside(whole, rest, mine)
     best: dict[str, tuple[float, float]] = {}
+    # What is hardly needed is as probable with anything in its place.
+    sure = gain > least
     for i, score in zip(open_to, scores[1:], strict=True):
-        near = score - scores[0] > _NEAR * gain or whole.solution.score - score < least
+        near = sure and (score - scores[0] > _NEAR * gain or whole.solution.score - score < least)
         rise = rise_beside(whole, (*rest, i), mine) if near or score > scores[0] else np.inf
         if near or rise < min(matters, _MOSTLY * alone):
             name = linear.choices[i].label
@@ -54,6 +56,6 @@ def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival
         made = search.fitted([*(linear.choices[i].label for i in rest), name], whole)
         ended = name in beyond_bounds(made.members, linear.observation.vehicle)
         as_good = best[name][1] < min(matters, _MOSTLY * alone)
-        if not ended and (as_good or whole.solution.score - made.solution.score < least):
+        if not ended and (as_good or (sure and whole.solution.score - made.solution.score < least)):
             found.append(Rival(name, made))
     return found

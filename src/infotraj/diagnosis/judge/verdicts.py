@@ -110,7 +110,7 @@ class Judge:
         """Why a member of the set is not named with confidence: verdict and reason, (None, "") where it is."""
         ended = beyond_bounds([m], self.search.observation.vehicle)
         small = e.rise < self.matters or (e.share < _SHARE and e.rise < _LARGE)
-        half = (small or e.probability < SURE) and takes_half(self.whole, m.candidate.label)
+        half = takes_half(self.whole, m.candidate.label)
         if small and not half:
             return "Not needed", "real, but negligible beside what the vehicle file is off by"
         if ended:
@@ -121,7 +121,7 @@ class Judge:
             return "Plausible", f"{chance} of flights that were not fitted"
         if e.form_error >= _CHANGES:
             return "Plausible", f"its size changes from place to place by {e.form_error:.0%}"
-        beside = self._beside_more(e)
+        beside = "" if half else self._beside_more(e)
         return ("Plausible", beside) if beside else (None, "")
 
     def _beside_more(self, e: Evidence) -> str:

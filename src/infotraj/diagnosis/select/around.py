@@ -264,6 +264,9 @@ def _column(candidate: Candidate, place: int, value: float, vehicle, absent: boo
     x = np.array([q.absent for q in at])
     x[place] += p.scale
     idle = written(candidate, at, np.clip(x, [q.low for q in at], [q.high for q in at])).is_absent(vehicle)
-    low, high = sorted(((p.low - p.absent) / p.scale, (p.high - p.absent) / p.scale))
+    # A file may declare too long a lag; a lag that is missing is longer.
+    least = next(x for x in candidate.cls.parameters if x.name == p.parameter).bounds[0]
+    low = max(p.low, least) if least == p.absent else p.low
+    low, high = sorted(((low - p.absent) / p.scale, (p.high - p.absent) / p.scale))
     now = 0.0 if absent and not idle else (value - p.absent) / p.scale
     return Column(candidate, place, p.scale, float(now), low, high, idle)
