@@ -63,7 +63,7 @@ class Unexplained:
 def unexplained(whole: Fit, matters: float, rng: np.random.Generator) -> Unexplained:
     """Looks for structure in what the fitted model `whole` leaves. matters: least rise of the error that counts."""
     o = whole.linear.observation
-    model = o.model(whole.linear.members(whole.chosen, whole.solution.theta, 0.0))
+    model = o.model(whole.linear.members(whole.chosen, whole.solution.theta, shift=0.0, straight=True))
     left = [s.residual(model) for s in o.samples]
     predictions = [model.predict(s.prepared) for s in o.samples]
     names = []
