@@ -124,7 +124,8 @@ def takes_half(whole: Fit, label: str) -> bool:
     scorer = linear.scorer(Scales(0.0), [m for m in linear.point if m.held])
     rest = tuple(i for i in whole.chosen if linear.choices[i].label != label)
     every = linear.absent.plain_error(scorer.solution(whole.chosen).each)
-    moves = np.array([refusal.axis_group(a) is not None or a[0] == "v" for a in linear.sums.axes])
+    ignored = linear.observation.ignored
+    moves = np.array([refusal.axis_group(a) is not None and a not in ignored for a in linear.sums.axes])
     return bool(np.any((every < _HALF**2 * linear.absent.plain_error(scorer.solution(rest).each))[moves]))
 
 

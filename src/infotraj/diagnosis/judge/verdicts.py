@@ -109,7 +109,8 @@ class Judge:
     def _doubt(self, m: Member, e: Evidence) -> tuple[str | None, str]:
         """Why a member of the set is not named with confidence: verdict and reason, (None, "") where it is."""
         ended = beyond_bounds([m], self.search.observation.vehicle)
-        small = e.rise < self.matters or (e.share < _SHARE and e.rise < _LARGE)
+        # What takes nothing off flights that were not fitted is negligible, however sure the numbers are.
+        small = e.rise < self.matters or e.share == 0.0 or (e.share < _SHARE and e.rise < _LARGE)
         half = takes_half(self.whole, m.candidate.label)
         if small and not half:
             return "Not needed", "real, but negligible beside what the vehicle file is off by"
