@@ -59,7 +59,9 @@ def _errors(found: Diagnosis, made: Fit, labels: list[str]):
     linear = made.linear
     cut = linear.observation.blocks
     chosen = linear.labelled(labels)
-    solution = made.scorer.solution(chosen)
+    refitted = made.scorer.solution(made.chosen)
+    # Numbers that stay as they were found beside the file's own errors stay so in every step.
+    solution = made.scorer.solution(chosen) if np.allclose(refitted.theta, made.solution.theta) else made.solution
     folds = np.unique(cut.fold)
     given = [linear.members(chosen, theta, np.inf) for theta in solution.each]
     squares, rows = np.zeros((len(cut.flight), 6)), np.zeros((len(cut.flight), 6))

@@ -136,7 +136,7 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
     for axis, error in stays(found).items():
         if axis not in explained and "v" + axis[1] not in explained:
             unit_of = unit[axis[0]]
-            lines.append(f"{error:.3g} {unit_of} of error stay on {axis}: no effect and no structure explains them")
+            lines.append(f"{error:.3g} {unit_of} of error stay on {axis}: the file's own errors, or what has no name")
     for s in found.unexplained.axes:
         goes = ", ".join(f"{q} ({c:+.2f})" for q, c in s.goes_with)
         lines.append(f"left on {s.axis}: {s.share:.0%} of the slow error can be predicted; it goes with {goes}")
