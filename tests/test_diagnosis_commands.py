@@ -2,6 +2,7 @@
 
 import json
 import textwrap
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from exact_simulation import fly
 from infotraj import rotations
 from infotraj.cli import cli
 from infotraj.diagnosis.diagnosis import diagnose
+from infotraj.diagnosis.report.steps import steps
 from infotraj.effects import catalogue
 from infotraj.errors import InfotrajError
 from infotraj.flight import Flight
@@ -177,3 +179,13 @@ def test_motion_capture_alone_can_show_a_mass(made):
     assert found.supported == ("linear_drag",)
     assert found.finding("mass_offset").verdict == "Not needed"
     assert found.finding("gyro_bias").verdict == "Not testable here"
+
+
+def test_the_waterfall_draws_the_numbers_of_the_model_that_is_given(made):
+    """Also where they are not those that a fit beside the file as it is would give: here half of them."""
+    found = diagnose(Model(load_vehicle(QUADROTOR)), [Flight(t) for t in made])
+    final = found.final
+    half = replace(final.solution, theta=0.5 * final.solution.theta, each=0.5 * final.solution.each)
+    whole, part = steps(found).rmse, steps(replace(found, final=replace(final, solution=half))).rmse
+    assert whole[1, 0] < 0.5 * whole[0, 0]
+    assert 0.4 * whole[0, 0] < part[1, 0] < 0.8 * whole[0, 0]

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from infotraj.diagnosis.linear.candidates import Candidate, Place, Variant, places, variants, written
+from infotraj.diagnosis.linear.candidates import Candidate, Variant, places, variants
 from infotraj.diagnosis.linear.observation import Member, Observation, inward, packed, unpacked
 from infotraj.effects.base import Effect
 from infotraj.errors import InputError
@@ -28,10 +28,7 @@ class Choice:
 
     variant: Variant
     columns: tuple[int, ...]
-    now: Array
     scale: Array
-    low: Array
-    high: Array
 
     @property
     def candidate(self) -> Candidate:
@@ -43,23 +40,13 @@ class Choice:
 class Sensitivities:
     """Columns around a model.
 
-    members: columns of each member; now, scale, low, high: of the members' numbers; choices: absent candidates; joint:
-    the residual and all columns, one (m, 3, 1 + p) a channel of a flight, not whitened; command_step: of `Observation`.
+    members: columns of each member; choices: absent candidates; joint: the residual and all columns, one (m, 3, 1 + p)
+    a channel of a flight.
     """
 
     members: tuple[tuple[int, ...], ...]
-    now: Array
-    scale: Array
-    low: Array
-    high: Array
     choices: tuple[Choice, ...]
     joint: list[list[Array]]
-    command_step: float = 0.0
-
-    @property
-    def of_members(self) -> tuple[int, ...]:
-        """Columns of all members."""
-        return tuple(c for part in self.members for c in part)
 
 
 def sensitivities(
@@ -97,42 +84,13 @@ def sensitivities(
                 columns.append(len(models))
                 models.append(([*effects, effect], size))
             choices.append(_choice(variant, tuple(columns), vehicle))
-    scales = np.array([p.scale for _, p in owner])
     joint = _joint(observation, effects, models, choices)
-    low, high = (np.array([getattr(p, side) for _, p in owner]) for side in ("low", "high"))
-    return Sensitivities(
-        tuple(map(tuple, of_members)), x * scales, scales, low, high, tuple(choices), joint, observation.command_step
-    )
-
-
-def extended(
-    found: Sensitivities, observation: Observation, members: Sequence[Member], variant: Variant
-) -> Sensitivities:
-    """The same with the columns of one more linearisation behind the others."""
-    count = found.joint[0][0].shape[2] - 1
-    effects = [m.effect for m in members]
-    models = [([*effects, effect], size) for _, effect, size in variant.points]
-    local = _choice(variant, tuple(range(len(models))), observation.vehicle)
-    more = _joint(observation, effects, models, [local])
-    joint = [
-        [np.concatenate([a, b[:, :, 1:]], axis=2) for a, b in zip(old, new, strict=True)]
-        for old, new in zip(found.joint, more, strict=True)
-    ]
-    choice = replace(local, columns=tuple(count + c for c in local.columns))
-    return replace(found, choices=(*found.choices, choice), joint=joint)
+    return Sensitivities(tuple(map(tuple, of_members)), tuple(choices), joint)
 
 
 def _choice(variant: Variant, columns: tuple[int, ...], vehicle: Vehicle) -> Choice:
     at = places(variant.candidate, vehicle)
-    kept = [at[i] for i, _, _ in variant.points]
-    return Choice(
-        variant,
-        columns,
-        np.array([p.absent for p in kept]),
-        np.array([p.scale for p in kept]),
-        np.array([p.low for p in kept]),
-        np.array([p.high for p in kept]),
-    )
+    return Choice(variant, columns, np.array([at[i].scale for i, _, _ in variant.points]))
 
 
 def _joint(observation, effects, models, choices) -> list[list[Array]]:
@@ -156,19 +114,3 @@ def _joint(observation, effects, models, choices) -> list[list[Array]]:
                 part[:, :, 1 + k] = np.nan_to_num((b - r) * factor[k])
         out.append(joint)
     return out
-
-
-def start_of(choice: Choice, at: Sequence[Place], theta: Array) -> Effect:
-    """The effect to start a fit from: the linear answer theta (usual sizes), within its bounds and not absent.
-
-    at: the places of the candidate. A number with its absent value at a bound starts at a tenth of its usual size at
-    least, and at three times at most: its effect is rarely linear so far out.
-    """
-    x = choice.variant.start.copy()
-    for k, (i, _, size) in enumerate(choice.variant.points):
-        one_sided = min(choice.now[k] - choice.low[k], choice.high[k] - choice.now[k]) < 1e-12
-        amount = theta[k] * choice.scale[k]
-        if one_sided:
-            amount = size * float(np.clip(amount / size, 0.1, 3.0))
-        x[i] = np.clip(choice.now[k] + amount, choice.low[k], choice.high[k])
-    return written(choice.candidate, at, x)

@@ -1,8 +1,8 @@
-"""What a flight measured minus what a model predicts, as samples whose noise can be whitened.
+"""What a flight measured minus what a model predicts, as samples.
 
 force: measured minus predicted specific force. rate: change of the measured rate from sample to sample
 minus the integral of the predicted angular acceleration over the same time; its noise is the difference of two samples'
-noise, which the whitening knows. velocity: the same of the velocity, in place of `force` where no accelerometer was
+noise, which `Lapped` undoes. velocity: the same of the velocity, in place of `force` where no accelerometer was
 measured. turn and push: recorded attitude and velocity against the IMU, which show what is wrong with the IMU alone.
 
 A sensor sampled faster than 200 Hz is taken at that rate, forces as means over the rows between, rates as steps over
@@ -45,9 +45,7 @@ class Channel:
 
     name; difference: whether the samples are steps between rows (noise is then differenced); first, last (m,) rows of
     each sample; rows (m, n): those that a level's sample is the mean of; run (m,): number of the unbroken stretch that
-    a sample belongs to; key: the samples of all flights with the same key share one noise model (quantity and sampling
-    rate); step: usual time between
-    samples, s.
+    a sample belongs to; step: usual time between samples, s.
     """
 
     name: str
@@ -56,7 +54,6 @@ class Channel:
     last: NDArray
     rows: NDArray
     run: NDArray
-    key: str
     step: float
 
     @property
@@ -67,16 +64,12 @@ class Channel:
 
 @dataclass(frozen=True)
 class FlightSamples:
-    """A flight prepared for a vehicle, the channels that can be compared, and the rows left out, by reason.
-
-    weights: of the samples, one (m, 3) a channel, by how certain predictions are (`driving_noise`); None: all alike.
-    """
+    """A flight prepared for a vehicle, the channels that can be compared, and the rows left out, by reason."""
 
     prepared: Prepared
     channels: tuple[Channel, ...]
     left_out: dict[str, int]
     reasons: dict[str, str]
-    weights: tuple[Array, ...] | None = None
 
     @property
     def flight(self) -> Flight:
@@ -168,16 +161,13 @@ def _channel(name: str, difference: bool, t: Array, keep: NDArray, sampled: NDAr
     step = float(np.median(np.diff(t[rows])))
     together = max(1, round(_FINEST / step))
     step *= together
-    key = f"{name} {_two_digits(1 / step):g}"
     group = _grouped(run, together, difference)
     if not difference:
         group = rows[group]
-        made = Channel(
-            name, False, group[:, 0], group[:, -1], group, run[np.searchsorted(rows, group[:, 0])], key, step
-        )
+        made = Channel(name, False, group[:, 0], group[:, -1], group, run[np.searchsorted(rows, group[:, 0])], step)
         return made if len(group) >= 50 else None
     first, last = rows[group[:, 0]], rows[group[:, -1]]
-    made = Channel(name, True, first, last, np.zeros((len(first), 0), dtype=int), run[group[:, 0]], key, step)
+    made = Channel(name, True, first, last, np.zeros((len(first), 0), dtype=int), run[group[:, 0]], step)
     return made if len(first) >= 50 else None
 
 
@@ -194,11 +184,6 @@ def _grouped(run: NDArray, together: int, difference: bool) -> NDArray:
         for start, count in zip(starts, counts, strict=True)
     ]
     return np.concatenate(firsts)[:, None] + np.arange(width)
-
-
-def _two_digits(x: float) -> float:
-    size = 10.0 ** np.floor(np.log10(x))
-    return float(np.round(x / size, 1) * size)
 
 
 def _steps(t: Array, mean: Array, channel: Channel) -> Array:
