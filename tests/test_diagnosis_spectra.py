@@ -34,7 +34,7 @@ class Samples:
 def channel(count, difference=False, run=None, step=STEP):
     run = np.zeros(count, dtype=int) if run is None else run
     rows = np.arange(count)
-    return Channel("rate" if difference else "force", difference, rows, rows, rows[:, None], run, "force 200", step)
+    return Channel("rate" if difference else "force", difference, rows, rows, rows[:, None], run, step)
 
 
 def turned(values, difference=False, t=None, run=None):
