@@ -157,6 +157,25 @@ def test_nothing_is_derived_across_a_gap() -> None:
     np.testing.assert_allclose(found[:, 0], np.where(t < 1.5, 1.0, -1.0), atol=1e-9)
 
 
+@pytest.mark.parametrize("jitter", [0.03, 0.08])
+@pytest.mark.parametrize("sampled", ["evenly", "when stamped"])
+def test_stamps_that_jitter_do_not_make_the_motion_faster(jitter: float, sampled: str) -> None:
+    from infotraj.importing import derive
+
+    rng, step = np.random.default_rng(3), 0.005
+    even = step * np.arange(8000)
+    stamps = even + step * np.clip(jitter * rng.standard_normal(even.size), -0.45, 0.45)
+    when = even if sampled == "evenly" else stamps
+    position = np.stack([2.0 * when + np.sin(k * when) for k in (1.0, 2.0, 3.0)], axis=-1)
+    position += 0.001 * rng.standard_normal(position.shape)
+    position[450::900] += 0.1  # a marker swapped
+    times, found = derive.on_even_grid(stamps, position, gap_limit(stamps), derive.slope_rule)
+    for k in (1.0, 2.0, 3.0):
+        true = 2.0 + k * np.cos(k * times)
+        scale = np.linalg.lstsq(np.stack([true, np.ones_like(true)], axis=1), found[:, int(k) - 1], rcond=None)[0][0]
+        assert scale == pytest.approx(1.0, abs=1e-3)
+
+
 # --- one clock
 
 

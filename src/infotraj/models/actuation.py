@@ -15,7 +15,7 @@ from numba import njit
 from infotraj.effects.along import Actuation
 from infotraj.effects.laws import ActuatorLaw
 from infotraj.models.interpolation import interpolate
-from infotraj.models.recorded import Recorded, Samples
+from infotraj.models.recorded import Recorded, Samples, slopes
 from infotraj.rotations import Array
 
 
@@ -47,10 +47,7 @@ def _events(commands: Samples, delay: float) -> tuple[Array, Array]:
 
 def _measured(samples: Samples, time: Array) -> tuple[Array, Array]:
     values = interpolate(samples.times, samples.values, time)
-    if len(samples.times) < 2:
-        return values, np.zeros_like(values)
-    slope = np.gradient(samples.values, samples.times, axis=0)
-    return values, interpolate(samples.times, slope, time)
+    return values, interpolate(samples.times, slopes(samples), time)
 
 
 @njit(cache=True)

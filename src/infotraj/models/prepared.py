@@ -19,7 +19,7 @@ from infotraj.effects.laws import ActuatorLaw, AirLaw, ImuLaw
 from infotraj.flight import Flight
 from infotraj.models.actuation import rotors_at, tilts_at
 from infotraj.models.interpolation import interpolate
-from infotraj.models.recorded import Recorded, Samples, recorded
+from infotraj.models.recorded import Recorded, Samples, recorded, slopes
 from infotraj.models.rotor_wrench import wrench_of_inputs
 from infotraj.models.sensor_lag import slope
 from infotraj.models.timeline import Timeline, timeline
@@ -141,7 +141,7 @@ class Prepared:
         rate = self.true_rate(imu)
         if rate is None:
             return None
-        return interpolate(rate.times, np.gradient(rate.values, rate.times, axis=0), time)
+        return interpolate(rate.times, slopes(rate), time)
 
     def origin_path(self, imu: ImuLaw) -> OriginPath | None:
         """The specific force of the body's origin in world axes, sample by sample; from the velocity where needed."""
@@ -203,11 +203,11 @@ def _slope(velocity: Samples) -> Array:
     even = np.arange(times[0], times[-1] + step / 2, step)
     width = 2 * int(_SMOOTHED / step / 2) + 1
     if not velocity.derived or width < 5 or len(even) < width:
-        return np.gradient(values, times, axis=0)
+        return slopes(velocity)
     # Frames that are missing or late are put on an even grid.
     gridded = np.stack([np.interp(even, times, x) for x in values.T], axis=1)
-    slopes = savgol_filter(gridded, width, 3, deriv=1, delta=step, axis=0)
-    return np.stack([np.interp(times, even, x) for x in slopes.T], axis=1)
+    smooth = savgol_filter(gridded, width, 3, deriv=1, delta=step, axis=0)
+    return np.stack([np.interp(times, even, x) for x in smooth.T], axis=1)
 
 
 def _at(samples: Samples | None, time: Array) -> Array | None:

@@ -20,6 +20,8 @@ from infotraj.flight import (
     Flight,
     command_steps,
 )
+from infotraj.importing import derive
+from infotraj.importing.resample import gap_limit
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
@@ -71,12 +73,11 @@ def recorded(vehicle: Vehicle, flight: Flight) -> Recorded:
         attitude = Samples(attitude.times, unit, attitude.derived)
     position = _samples(flight, POSITION)
     velocity = _samples(flight, VELOCITY)
-    if velocity is None and position is not None and len(position.times) > 2:
-        slope = np.gradient(position.values, position.times, axis=0)
-        velocity = Samples(position.times, slope, derived=True)
+    if (velocity is None or velocity.derived) and position is not None:
+        velocity = _derived(position, derive.slope_rule) or velocity
     rate = _samples(flight, RATE)
-    if rate is None and attitude is not None and len(attitude.times) > 2:
-        rate = Samples(attitude.times, _rates(attitude), derived=True)
+    if (rate is None or rate.derived) and attitude is not None:
+        rate = _derived(attitude, derive.rate_rule) or rate
     steps = command_steps(flight)
     columns = input_columns(vehicle, flight)
     if columns is None:
@@ -182,8 +183,11 @@ def _battery(flight: Flight) -> Samples | None:
     return Samples(found.times[good], found.values[good]) if good.sum() >= 2 else found
 
 
-def _rates(attitude: Samples) -> Array:
-    t, q = attitude.times, attitude.values
-    turn = rotations.log(rotations.multiply(rotations.conjugate(q[:-1]), q[1:])) / np.diff(t)[:, None]
-    middle = (turn[:-1] * np.diff(t)[:-1, None] + turn[1:] * np.diff(t)[1:, None]) / (t[2:] - t[:-2])[:, None]
-    return np.concatenate([turn[:1], middle, turn[-1:]])
+def slopes(samples: Samples) -> Array:
+    """Derivative (m, c), per second, of a channel at its samples; zero at one that stands alone."""
+    return np.nan_to_num(derive.slope(samples.times, samples.values, gap_limit(samples.times)))
+
+
+def _derived(samples: Samples, rule: derive.Rule) -> Samples | None:
+    times, values = derive.on_even_grid(samples.times, samples.values, gap_limit(samples.times), rule)
+    return Samples(times, values, derived=True) if len(times) > 2 else None
