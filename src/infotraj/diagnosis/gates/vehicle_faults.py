@@ -55,8 +55,8 @@ def vehicle_fault(model: Model, flight: Flight, error: EquationError, contradict
     used = error.t[error.scored.any(axis=1)]
     if len(used) < 100:
         return None
-    middle = 0.5 * (used[0] + used[-1])
-    flight = flight.between(middle - 0.5 * _SECONDS, middle + 0.5 * _SECONDS)
+    begin = _fullest(used)
+    flight = flight.between(begin, begin + _SECONDS)
     vehicle, changes = model.vehicle, []
     start = part = equation_error(model, flight)
     first = now = _variance(part)
@@ -93,6 +93,14 @@ def vehicle_fault(model: Model, flight: Flight, error: EquationError, contradict
     # A spin is one sign; rotors in each other's place leave open which column is which rotor's.
     unordered = any(_ORDER in words for words in changes)
     return Doubt("wrong_vehicle_file", "vehicle file", axes, reason, unordered=unordered)
+
+
+def _fullest(used: Array) -> float:
+    """Where `_SECONDS` begin that hold the most rows that can be compared, at times `used` (n,), near the middle."""
+    rows = np.searchsorted(used, used + _SECONDS) - np.arange(len(used))
+    full = used[rows >= 0.95 * rows.max()]
+    middle = 0.5 * (used[0] + used[-1] - _SECONDS)
+    return float(full[np.argmin(np.abs(full - middle))])
 
 
 def _servo_bias_instead(model: Model, flight: Flight, error: EquationError, left: Array) -> bool:
