@@ -1,83 +1,145 @@
-"""The reference file: what it holds comes back, and it is refused in one line where it is not a reference."""
+"""What changed: flights held against the vehicle's own healthy ones."""
 
-from __future__ import annotations
+import functools
+import json
+from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
+import yaml
+from click.testing import CliRunner
+from exact_simulation import fly
 
-from infotraj import rotations
-from infotraj.errors import InputError
-from infotraj.trajectories.reference import COLUMNS, Reference, read_reference
+from infotraj.cli import cli
+from infotraj.datasets.location import find_dataset, how_to_get
+from infotraj.diagnosis.diagnosis import diagnose
+from infotraj.diagnosis.gates.level import as_level, unmeasured
+from infotraj.diagnosis.gates.premises import examined
+from infotraj.diagnosis.gates.saturation import saturated
+from infotraj.diagnosis.linear.candidates import places
+from infotraj.diagnosis.select.score import diluted
+from infotraj.effects.channels import is_derived
+from infotraj.errors import InfotrajError
+from infotraj.experiment.file_profiles import wrong_file
+from infotraj.flight import ATTITUDE, RATE, Flight
+from infotraj.importing import import_log
+from infotraj.models import Model
+from infotraj.vehicle import load_vehicle
+
+CONFIG = Path(__file__).parents[1] / "config"
+QUADROTOR = CONFIG / "vehicles" / "quadrotor.yaml"
+NOISE = {"gyro": 0.01, "accelerometer": 0.1, "position": 0.001, "attitude": 0.002, "velocity": 0.01}
+WEAK = {"rotor_effectiveness": {"rotor": 2, "factor": 0.85}}
 
 
-@pytest.fixture
-def reference() -> Reference:
+@functools.cache
+def flights(hidden: str, seeds: tuple[int, ...]) -> tuple[Flight, ...]:
+    content = yaml.safe_load(QUADROTOR.read_text())
+    tables = [fly(content, json.loads(hidden), seconds=10.0, seed=k, noise=NOISE) for k in seeds]
+    return tuple(Flight(t, {"source": f"{k}"}) for k, t in zip(seeds, tables, strict=True))
+
+
+@functools.cache
+def wrong() -> Model:
+    """The vehicle with a file that is wrong by 10 %."""
+    return Model(wrong_file(load_vehicle(QUADROTOR), "10%", np.random.default_rng(4)))
+
+
+@functools.cache
+def answer(hidden: str):
+    return diagnose(wrong(), flights(hidden, (10, 11)), reference=flights("{}", (0, 1, 2)))
+
+
+def test_a_weaker_rotor_is_told_beside_a_wrong_file():
+    found = answer(json.dumps(WEAK))
+    assert found.supported == ("rotor_effectiveness",)
+    told = found.finding("rotor_effectiveness")
+    assert told.parameters["rotor"] == 2
+    healthy = found.healthy_numbers(told)["parameters"]["factor"]
+    assert told.parameters["factor"] / healthy == pytest.approx(0.85, abs=0.03)
+    error = np.array([found.before.rmse[2], found.after.rmse[2]])
+    assert error[1] < 0.5 * error[0]
+
+
+def test_nothing_is_told_where_nothing_changed():
+    found = answer("{}")
+    assert found.supported == ()
+    assert len(found.healthy.flights) == 3
+
+
+def test_what_one_flight_differs_by_says_less_of_all():
     rng = np.random.default_rng(0)
-    n = 40
-    arrays = {name: rng.normal(size=(n, len(labels))) for name, labels in COLUMNS.items()}
-    arrays["attitude"] = rotations.normalize(arrays["attitude"])
-    return Reference(t=0.01 * np.arange(n), **arrays)
+    x = rng.standard_normal((400, 4))
+    part = x.T @ x
+    np.testing.assert_allclose(diluted(part, np.zeros(3)), part)
+    scatter = np.array([0.5, 0.0, 0.0])
+    # The same flight with the common number and its own, the latter integrated out.
+    joint = np.linalg.inv(np.linalg.inv(part[1:, 1:]) + np.diag(scatter**2))
+    np.testing.assert_allclose(diluted(part, scatter)[1:, 1:], joint, rtol=1e-9)
 
 
-def test_a_reference_comes_back_as_it_was_written(reference, tmp_path):
-    path = tmp_path / "deep" / "reference.csv"
-    reference.write(path)
-    back = read_reference(path)
-    assert back.dt == pytest.approx(0.01)
-    for name in ("t", *COLUMNS):
-        assert np.allclose(getattr(back, name), getattr(reference, name), rtol=1e-11, atol=1e-11), name
-    assert [p.name for p in path.parent.iterdir()] == ["reference.csv"]
+def without(flight: Flight, *columns: str) -> Flight:
+    return Flight(flight.table.drop(columns=list(columns)), dict(flight.meta))
 
 
-def test_the_file_holds_the_columns_of_the_format(reference, tmp_path):
-    reference.write(tmp_path / "r.csv")
-    header = (tmp_path / "r.csv").read_text().splitlines()[0].split(",")
-    assert header[:8] == ["t", "ref_px", "ref_py", "ref_pz", "ref_qw", "ref_qx", "ref_qy", "ref_qz"]
-    assert len(header) == 20
+def test_a_log_without_attitude_is_taken_as_level_and_says_so():
+    whole = flights("{}", (0,))[0]
+    assert as_level(whole) is whole
+    assert unmeasured(whole) == (frozenset(), frozenset())
+    gyro = as_level(without(whole, *ATTITUDE))
+    assert is_derived(gyro, ATTITUDE)
+    assert not is_derived(gyro, RATE)
+    assert unmeasured(gyro) == (frozenset({"vx", "vy"}), frozenset({"vz"}))
+    still = as_level(without(whole, *ATTITUDE, *RATE))
+    assert np.all(still.get(*RATE) == 0.0)
+    assert unmeasured(still)[1] == frozenset({"vz", "tx", "ty", "tz"})
 
 
-def test_attitudes_are_normalised_on_reading(reference, tmp_path):
-    table = reference.table()
-    table[list(COLUMNS["attitude"])] *= 1.001
-    table.to_csv(tmp_path / "r.csv", index=False)
-    assert np.allclose(np.linalg.norm(read_reference(tmp_path / "r.csv").attitude, axis=1), 1.0)
+def run(*arguments):
+    result = CliRunner().invoke(cli, [str(a) for a in arguments])
+    assert isinstance(result.exception, (type(None), SystemExit, InfotrajError)), result.exception
+    return result
 
 
-@pytest.mark.parametrize(
-    ("change", "says"),
-    [
-        (lambda f: f.drop(columns=["ref_wx", "ref_wz"]), "no columns ref_wx, ref_wz"),
-        (lambda f: f.assign(ref_px=np.nan), "holds cells that are not numbers"),
-        (lambda f: f.drop(index=7), "t is not uniform"),
-        (lambda f: f.iloc[::-1], "t is not uniform"),
-    ],
-)
-def test_what_is_not_a_reference_is_refused_in_one_line(reference, tmp_path, change, says):
-    path = tmp_path / "r.csv"
-    change(reference.table()).to_csv(path, index=False)
-    with pytest.raises(InputError, match=says) as caught:
-        read_reference(path)
-    assert str(path) in str(caught.value)
-    assert "\n" not in str(caught.value)
+def test_the_command_takes_several_healthy_flights(tmp_path):
+    paths = []
+    for k, f in enumerate([*flights("{}", (0, 1, 2)), *flights(json.dumps(WEAK), (10, 11))]):
+        paths.append(tmp_path / f"{k}.parquet")
+        f.table.to_parquet(paths[-1])
+    out = tmp_path / "x.json"
+    found = run("diagnose", QUADROTOR, *paths[3:], "--reference", *paths[:3], "--json", out)
+    assert found.exit_code == 0, found.output
+    assert "Changed: rotor_effectiveness" in found.output
+    content = json.loads(out.read_text())
+    assert len(content["reference"]["flights"]) == 3
+    effect = next(e for e in content["effects"] if e["name"] == "rotor_effectiveness")
+    assert effect["reference"]["parameters"]["factor"] == pytest.approx(1.0, abs=0.05)
+    for bad in (["--save-model", tmp_path / "m.yaml"], ["--reference", paths[3]]):
+        refused = run("diagnose", QUADROTOR, paths[3], "--reference", paths[0], *bad)
+        assert refused.exit_code != 0 or refused.exception is not None
+        assert not (tmp_path / "m.yaml").exists()
 
 
-@pytest.mark.parametrize("rows", [0, 1])
-def test_too_few_rows_are_refused(reference, tmp_path, rows):
-    path = tmp_path / "r.csv"
-    reference.table().head(rows).to_csv(path, index=False)
-    with pytest.raises(InputError):
-        read_reference(path)
+def crazypad(name: str) -> Flight:
+    folder = find_dataset("crazypad")
+    if folder is None:
+        pytest.skip(how_to_get("crazypad"))
+    flight = import_log(folder / name, mapping="crazyflie")
+    up = flight.t[flight.get("pz")[:, 0] > 0.3]
+    return examined(flight.between(up[0], up[-1]), load_vehicle(CONFIG / "vehicles" / "crazypad.yaml"))
 
 
-def test_text_in_a_column_is_refused(reference, tmp_path):
-    path = tmp_path / "r.csv"
-    pd.DataFrame(reference.table().astype(object)).assign(ref_py="here").to_csv(path, index=False)
-    with pytest.raises(InputError, match="holds cells that are not numbers") as caught:
-        read_reference(path)
-    assert "\n" not in str(caught.value)
-
-
-def test_a_missing_file_is_an_input_error(tmp_path):
-    with pytest.raises(InputError, match="Check the path"):
-        read_reference(tmp_path / "none.csv")
+def test_a_cut_propeller_is_told_from_the_balance_of_a_real_vehicle():
+    """No attitude in these logs, and torques whose fast part does not follow the commands."""
+    model = Model(load_vehicle(CONFIG / "vehicles" / "crazypad.yaml"))
+    healthy = [crazypad(f"controller_data/normal_flight/E8_log0{k}") for k in range(5)]
+    cut = crazypad("controller_data/cut_propeller_M3_4mm_4mm_39mm/E8_log00")
+    found = diagnose(model, [cut], reference=healthy)
+    told = found.finding("rotor_effectiveness")
+    assert told.verdict in ("Supported", "Not separable")
+    assert told.parameters["rotor"] == 2
+    at = places(next(c for c in found.search.known if c.label == "rotor_effectiveness 2"), model.vehicle)
+    assert 0.5 < told.parameters["factor"] < 0.9
+    assert found.healthy.errors("rotor_effectiveness 2", at)[0] < 0.2
+    assert [d.about for d in saturated([cut], model.vehicle)] == ["m3"]
+    assert diagnose(model, [healthy[0]], reference=healthy[1:]).supported == ()

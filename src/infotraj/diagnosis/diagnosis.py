@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -14,26 +14,34 @@ from infotraj.comparing.equation_error import AXES
 from infotraj.comparing.statistics import Statistics
 from infotraj.diagnosis.gates import premises, refusal
 from infotraj.diagnosis.gates.doubt import Doubt, as_accepted, of_residual, once, refused_axes, with_mixed
+from infotraj.diagnosis.gates.level import as_level
 from infotraj.diagnosis.gates.observing import observe
+from infotraj.diagnosis.gates.saturation import saturated
+from infotraj.diagnosis.judge.evidence import overdispersion
 from infotraj.diagnosis.judge.giving import Given, given
 from infotraj.diagnosis.judge.numbers import FileNumber, file_numbers, fitted_numbers
 from infotraj.diagnosis.judge.unexplained import Unexplained, unexplained
 from infotraj.diagnosis.judge.verdicts import CONFIDENT, MATTERS, Finding, Judge, named
-from infotraj.diagnosis.linear.candidates import Candidate, candidates
+from infotraj.diagnosis.linear.candidates import Candidate, candidates, places
+from infotraj.diagnosis.linear.healthy import Healthy
 from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.measure.residual import FlightSamples
+from infotraj.diagnosis.select.around import linearised
 from infotraj.diagnosis.select.bounds import beyond_bounds
+from infotraj.diagnosis.select.learned import around_fit, around_usual, learned
 from infotraj.diagnosis.select.prior import file_only
 from infotraj.diagnosis.select.reading import as_commanded
 from infotraj.diagnosis.select.search import Fit, Search
 from infotraj.diagnosis.select.swinging import swung
 from infotraj.dynamics.inputs import for_vehicle
 from infotraj.effects import Effect, catalogue
+from infotraj.errors import InputError, problem
 from infotraj.flight import Flight, command_steps
 from infotraj.models import Model
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
+_CLEAR = 1.0  # s before and after the ground, which pushes and turns a vehicle: no part of what is compared
 _SEARCHES = 2  # the second without the axes that the first could not explain
 
 
@@ -46,7 +54,7 @@ class Diagnosis:
     standard errors of its effects, in the model's order; file: what the vehicle file should say; at_bound: labels of
     effects whose numbers stopped at a physical bound, and how; coherence (6,): share of what was measured that goes
     with the model as given; whole: the fit of all that the search took; final: that of the model that is given; start,
-    stop: s, the part of every flight that was used.
+    stop: s, the part of every flight that was used; healthy: what they were held against in place of the model.
     """
 
     findings: tuple[Finding, ...]
@@ -66,6 +74,7 @@ class Diagnosis:
     final: Fit
     start: float | None = None
     stop: float | None = None
+    healthy: Healthy | None = None
 
     @property
     def samples(self) -> tuple[FlightSamples, ...]:
@@ -87,6 +96,15 @@ class Diagnosis:
         """Findings about the flights and doubts that the user overruled, for JSON and provenance."""
         return accepted_in([s.flight for s in self.samples]) + [d.as_dict() for d in self.doubts if d.accepted]
 
+    def healthy_numbers(self, f: Finding) -> dict[str, Any] | None:
+        """The healthy numbers of an effect that was fitted, and their standard errors, by parameter."""
+        if self.healthy is None or not f.parameters:
+            return None
+        vehicle = self.search.observation.vehicle
+        own = [c for c in self.search.known if c.name == f.name]
+        c = next((c for c in own if all(f.parameters.get(k) == v for k, v in c.fixed)), None)
+        return None if c is None else self.healthy.said(c, places(c, vehicle), vehicle)
+
     def finding(self, name: str) -> Finding:
         """The finding of that name."""
         return next(f for f in self.findings if f.name == name)
@@ -101,9 +119,11 @@ def diagnose(
     seed: int = 0,
     start: float | None = None,
     stop: float | None = None,
+    reference: Sequence[Flight] = (),
 ) -> Diagnosis:
     """Which effects of the catalogue `model` lacks on these flights.
 
+    reference: healthy flights of the same vehicle; what is asked then is which effects differ from them.
     effects_from: files or folders with the user's own effects. matters: rise of the squared error, in units of the
     floor, below which an effect is negligible. start, stop: s, the part of every flight to use. InputError where a
     flight cannot be used.
@@ -111,13 +131,20 @@ def diagnose(
     catalog = catalogue(effects_from)
     vehicle = model.vehicle
     flights = [for_vehicle(f, vehicle) for f in flights]
-    held = held_members(model, flights[0])
-    known, hidden = candidates(catalog, vehicle, flights)
+    healthy = _learned(model, reference, list(catalog), catalog, start, stop) if reference else None
+    held = held_members(model, flights[0]) if healthy is None else ()
+    seen = flights if healthy is None else [as_level(f) for f in flights]
+    known, hidden = candidates(catalog, vehicle, seen)
     taken = {m.candidate.label for m in held}
     doubts = premises.doubts(model, flights, start, stop)
-    observation = observe(model, flights, start, stop)
+    observation = replace(observe(model, seen, start, stop, _CLEAR if reference else 0.0), healthy=healthy)
+    model = model if healthy is None else observation.model([])
+    if healthy is not None:
+        balance = healthy.balance | observation.balance | _balanced(model, seen, start, stop)
+        scatter = dict(zip(healthy.owners, healthy.scatter.tolist(), strict=True)) if balance else {}
+        observation = replace(observation, balance=balance, scatter=scatter)
     search, whole, why_not = _searched(observation, held, doubts, list(catalog), known, hidden, taken)
-    for _ in range(_SEARCHES - 1):
+    for _ in range(_SEARCHES - 1 if healthy is None else 0):
         # What a fitted model still does not say was no ground to fit it on: it is left out, and the rest judged anew.
         after_all = refusal.unanswered(search.observation.model(whole.members), flights, start, stop)
         late = [d for d in as_accepted(after_all, flights) if not refused_axes(doubts).keys() >= set(d.axes)]
@@ -125,7 +152,10 @@ def diagnose(
         if not search.known or not any(d.counts for d in late):
             break
         search, whole, why_not = _searched(observation, held, doubts, list(catalog), known, hidden, taken, whole)
+    doubts = (*doubts, *saturated(flights, vehicle))
     refused = with_mixed(refused_axes(doubts), observation.samples)
+    sideways = [a for a in AXES[:2] if "v" + a[1] in observation.ignored and a not in refused]
+    refused = {**refused, **dict.fromkeys(sideways, "no attitude: the vehicle is taken as level")}
     one, two = np.random.default_rng([seed, 0]), np.random.default_rng([seed, 1])
     left = unexplained(whole, matters, one) if search.known else Unexplained(False, ())
     judge = Judge(search, whole, tuple(catalog), left, refused, matters, two)
@@ -140,10 +170,12 @@ def diagnose(
     final, findings = made.fit, _with_held_back(findings, made)
     chosen = [m for m in final.members if not m.held and m.candidate.name in supported]
     added = [*(m for m in final.members if m.held), *chosen] if chosen else list(held)
-    after_model = Model(vehicle, [m.effect for m in added]) if chosen else model
-    before = refusal.errors(model, flights, start, stop)
-    after = refusal.errors(after_model, flights, start, stop) if chosen else before
-    numbers = dict(zip((m.candidate.label for m in final.members), fitted_numbers(final), strict=True))
+    after_model = observation.model(added) if chosen else model
+    before = refusal.errors(model, seen, start, stop)
+    after = refusal.errors(after_model, seen, start, stop) if chosen else before
+    # With the healthy numbers as they are a change would be as sure as if they were known.
+    told = final if healthy is None or not set(final.labels) <= set(whole.labels) else whole
+    numbers = dict(zip((m.candidate.label for m in told.members), fitted_numbers(told), strict=True))
     errors = tuple(numbers.get(m.candidate.label, {}) for m in added) if chosen else ()
     return Diagnosis(
         findings,
@@ -151,7 +183,7 @@ def diagnose(
         left,
         doubts,
         refused,
-        refusal.coherence(model, flights, start, stop),
+        refusal.coherence(model, seen, start, stop),
         before,
         after,
         after_model,
@@ -163,7 +195,43 @@ def diagnose(
         final,
         start,
         stop,
+        healthy,
     )
+
+
+def _learned(
+    model: Model,
+    reference: Sequence[Flight],
+    names: list[str],
+    catalog: Mapping[str, type[Effect]],
+    start: float | None,
+    stop: float | None,
+) -> Healthy:
+    """What healthy flights say of every number of the model. InputError where nothing can be judged on them."""
+    flights = [for_vehicle(f, model.vehicle) for f in reference]
+    held = held_members(model, flights[0])
+    seen = [as_level(f) for f in flights]
+    known, hidden = candidates(catalog, model.vehicle, seen)
+    doubts = premises.doubts(model, flights, start, stop)
+    observation = observe(model, seen, start, stop, _CLEAR)
+    every = [*known, *file_only(model.vehicle, known)]
+    balance = observation.balance | _balanced(model, seen, start, stop)
+    if balance:
+        # Of what is not predicted nothing can be identified: it is only said what is usual.
+        usual = linearised(replace(observation, balance=balance), held, every)
+        return learned(around_usual(usual, every), flights, 1.0)
+    taken = {m.candidate.label for m in held}
+    search, whole, _ = _searched(observation, held, doubts, names, known, hidden, taken)
+    if not search.known:
+        why = next(iter(refused_axes(doubts).values()), "no effect can be tested on them")
+        raise InputError(problem(f"the healthy flights: {why}", "flights that can be judged", "Choose others."))
+    return learned(around_fit(whole, search.known), flights, overdispersion(whole)[0])
+
+
+def _balanced(model: Model, flights: Sequence[Flight], start: float | None, stop: float | None) -> frozenset[str]:
+    """Axes of torque of which a model says too little, but for the balance over seconds of what stays level."""
+    doubts = refusal.unanswered(model, flights, start, stop, refusal.HALF_EXPLAINED)
+    return frozenset(a for d in doubts for a in d.axes if a[0] == "t")
 
 
 def _searched(
@@ -186,9 +254,18 @@ def _searched(
     if like is not None and {c.label for c in left_to} == {c.label for c in like.known}:
         first = like.linear.weighed_by(like.linear.observation.without_axes(observation.ignored))
     else:
-        first = swung(as_commanded(observation, held, left_to), left_to)
+        before = (*held, *_healthy_members(observation, known))
+        first = swung(as_commanded(observation, before, left_to), left_to)
     search = Search(first.observation, tuple(left_to), held)
     return search, search.best(first), why_not
+
+
+def _healthy_members(observation: Observation, known: Sequence[Candidate]) -> tuple[Member, ...]:
+    """The effects of the healthy model, as candidates that may change."""
+    if observation.healthy is None:
+        return ()
+    every = {c.label: c for c in (*known, *file_only(observation.vehicle, known))}
+    return tuple(Member(every[k], e) for k, e in observation.healthy.effects.items() if k in every)
 
 
 def _labels(whole: Fit, supported: Sequence[str], stand: dict[str, str]) -> list[str]:

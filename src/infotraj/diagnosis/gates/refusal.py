@@ -14,6 +14,9 @@ from infotraj.models import Model
 from infotraj.rotations import Array
 
 LEAST_EXPLAINED = 0.1  # of the variance of the measured side: below it the prediction is no explanation
+HALF_EXPLAINED = (
+    0.5  # the same where the vehicle's own healthy flights tell what is usual: the rest may differ by chance
+)
 _ABOVE_FLOOR = 3.0  # an error that near the floor is small, whatever it explains
 
 
@@ -23,13 +26,17 @@ def errors(model: Model, flights: Sequence[Flight], start: float | None, stop: f
 
 
 def unanswered(
-    model: Model, flights: Sequence[Flight], start: float | None = None, stop: float | None = None
+    model: Model,
+    flights: Sequence[Flight],
+    start: float | None = None,
+    stop: float | None = None,
+    least: float = LEAST_EXPLAINED,
 ) -> list[Doubt]:
     """Doubts about axes (fx .. tz) on which a fitted model explains next to nothing of what was measured.
 
     An axis on which the model predicts next to nothing (the side force of a vehicle without tilts) is not one of them.
     What is explained is what goes with the prediction: an error that is as large as the measured side, as rotors 1 %
-    different make it where a vehicle turns gently, is no disagreement.
+    different make it where a vehicle turns gently, is no disagreement. least: share that is enough.
     """
     made = [equation_error(model, f, start=start, stop=stop) for f in flights]
     after = statistics(made)
@@ -39,7 +46,7 @@ def unanswered(
         predicted = np.concatenate([e.predicted[e.scored[:, i], i] for e in made])
         says = len(predicted) > 0 and np.std(predicted) > _ABOVE_FLOOR * after.floor[i]
         explained = max(after.explained[i], _going_with(made, i)) if far and says else 1.0
-        if explained < LEAST_EXPLAINED:
+        if explained < least:
             what = f"force along {axis[1]}" if axis[0] == "f" else f"torque about {axis[1]}"
             share = f"the prediction explains {explained:.0%} of the measured {what}"
             reason = f"{share}: flights and vehicle file do not agree there (spin, order of rotors, time stamps)"

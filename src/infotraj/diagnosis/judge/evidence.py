@@ -151,7 +151,14 @@ def overdispersion(whole: Fit) -> tuple[float, Array]:
     score = gram[:, 0, 1:] - gram[:, 1:, 1:] @ whole.solution.theta
     score = score[:, free]
     blocks = len(score)
-    meat = (score - score.mean(axis=0)).T @ (score - score.mean(axis=0)) * blocks / max(blocks - 1, 1)
+    if whole.linear.scatter is not None:
+        # What flights differ by is known by itself.
+        for f in np.unique(sums.flight):
+            own = sums.flight == f
+            of_flight = gram[own][:, 1:, 1:][:, free][:, :, free]
+            score[own] -= of_flight @ _own(of_flight.sum(axis=0), score[own].sum(axis=0), whole.linear.scatter[free])
+    score = score - score.mean(axis=0)
+    meat = score.T @ score * blocks / max(blocks - 1, 1)
     robust = inverse @ meat @ inverse
     columns = {c for i in whole.chosen for c in whole.linear.choices[i].columns}
     own = np.array([k for k, c in enumerate(free) if c in columns], dtype=int)
@@ -160,6 +167,12 @@ def overdispersion(whole: Fit) -> tuple[float, Array]:
     wider = np.sqrt(np.maximum(np.diag(robust) / np.diag(inverse), 1.0))
     out[np.ix_(free, free)] = inverse * np.outer(wider, wider)
     return max(1.0, float(np.median(ratio))), out
+
+
+def _own(gram: Array, score: Array, scatter: Array) -> Array:
+    """A flight's own deviation (q,) from the common numbers."""
+    inside = np.eye(len(gram)) + gram * np.outer(scatter, scatter)
+    return scatter * np.linalg.solve(inside, scatter * score)
 
 
 def form_error(whole: Fit, mine: Sequence[int], theta: Array) -> float:

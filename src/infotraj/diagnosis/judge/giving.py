@@ -15,7 +15,7 @@ import numpy as np
 
 from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.linear.candidates import places
-from infotraj.diagnosis.linear.sums import SLOW_BANDS
+from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.noise.spectra import spectra
 from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.prior import Scales
@@ -41,17 +41,29 @@ def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
     """The model with the effects `labels`, from the fit of all that the search took."""
     if not labels:
         return Given(whole)
-    made = search.fitted(labels, whole, Scales(0.0))
-    if set(labels) <= set(whole.labels):
+    inside = set(labels) <= set(whole.labels)
+    if inside and search.observation.healthy is not None:
+        made = _as_found(search, whole, labels)
+    else:
+        made = search.fitted(labels, whole, Scales(0.0))
+    if inside and search.observation.healthy is None:
         found = _as_found(search, whole, labels)
         vehicle = search.observation.vehicle
         ended = bool(beyond_bounds(made.members, vehicle)) and not beyond_bounds(found.members, vehicle)
         if ended or _net(_shares(found)) < _net(_shares(made)):
             made = found
     pruned = _pruned(made)
-    left = {m.candidate.label for m in pruned.fit.members if m.effect.is_absent(search.observation.vehicle)}
+    left = {m.candidate.label for m in pruned.fit.members if _as_before(m, search.observation)}
     nothing = "the model that predicts best beside the file as it is has nothing of it"
     return replace(pruned, lost={label: nothing for label in labels if label in left} | pruned.lost)
+
+
+def _as_before(m: Member, observation: Observation) -> bool:
+    """Whether an effect has the numbers that it has in the model as given."""
+    healthy, vehicle = observation.healthy, observation.vehicle
+    if healthy is None:
+        return m.effect.is_absent(vehicle)
+    return not healthy.changed(m.candidate, m.effect, m.places(vehicle), vehicle)
 
 
 def _as_found(search: Search, whole: Fit, labels: Sequence[str]) -> Fit:
@@ -62,6 +74,8 @@ def _as_found(search: Search, whole: Fit, labels: Sequence[str]) -> Fit:
     out = np.ones(linear.sums.width, dtype=bool)
     out[kept] = False
     theta, each = whole.solution.theta.copy(), whole.solution.each.copy()
+    if linear.observation.healthy is not None:
+        theta, each, _ = (x.copy() for x in whole.changes)
     theta[out], each[:, out] = 0.0, 0.0
     before = linear.scorer(Scales(0.0), search.held).given
     if linear.kept:
@@ -108,7 +122,7 @@ def _left(made: Fit, each: Array | None) -> Array:
             if raw is None:
                 return np.full(len(axes), np.inf)
             for s in spectra([samples], [turns], [[x[:, :, None] for x in raw[0]]]):
-                own = s.band < SLOW_BANDS
+                own = s.band < linear.weights.slow(s.axis)
                 if fold is not None:
                     own &= o.blocks.fold[o.blocks.at(number, s.time)] == fold
                 total[axes.index(s.axis)] += s.values[own, 0] @ s.values[own, 0]

@@ -38,7 +38,10 @@ def values_of(m: Member) -> dict[str, Any]:
 def fitted_numbers(made: Fit) -> list[dict[str, Any]]:
     """Standard errors of every member of a fit by parameter."""
     vehicle = made.linear.observation.vehicle
-    deviation = np.sqrt(np.diag(overdispersion(made)[1]))
+    wider, covariance = overdispersion(made)
+    deviation = np.sqrt(np.diag(covariance))
+    if made.linear.observation.healthy is not None:
+        deviation = np.sqrt(wider) * made.changes[2]
     out = []
     for m in made.members:
         at = m.places(vehicle)
@@ -64,6 +67,8 @@ def by_parameter(m: Member, values: Array) -> dict[str, Any]:
 def file_numbers(made: Fit) -> tuple[FileNumber, ...]:
     """The numbers of the vehicle file, its clocks and frames, that these flights show to be off."""
     linear = made.linear
+    if linear.observation.healthy is not None:
+        return ()
     vehicle = linear.observation.vehicle
     spike = linear.spike(made.scales)
     deviation = np.sqrt(np.diag(overdispersion(made)[1]))

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from infotraj.comparing.floor import white_noise
 from infotraj.diagnosis.judge.features import BIN, bins, memory, named, random_features
 from infotraj.diagnosis.linear.observation import Observation
-from infotraj.diagnosis.linear.sums import SLOW_BANDS, WINDOW
+from infotraj.diagnosis.linear.sums import WINDOW
 from infotraj.diagnosis.noise.spectra import BANDS, Spectrum, spectra
 from infotraj.diagnosis.select.search import Fit
 from infotraj.models.interpolation import interpolate
@@ -293,7 +293,7 @@ def _rises(whole: Fit, left: list[list[Array]], predicted: list[list[Array]]) ->
         noise = np.maximum(np.bincount(band, square[:, 1], minlength=BANDS) / count, 1e-300)
         rise = float(np.sum(believed * (square[:, 0] - square[:, 1]) / noise[band]))
         windows = sum(np.ptp(s.time) if len(s.time) else 0.0 for s, _ in parts) / WINDOW
-        slow = band < SLOW_BANDS
+        slow = band < weights.slow(axis)
         size = float(np.mean(believed[slow] * (square[slow, 0] - square[slow, 1]))) if slow.any() else 0.0
         out[axis] = rise / max(windows, 1.0), max(size, 0.0)
     return out

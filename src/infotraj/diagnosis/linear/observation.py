@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from infotraj.diagnosis.linear.candidates import Candidate, Place, places, read, written
+from infotraj.diagnosis.linear.healthy import Healthy
 from infotraj.diagnosis.linear.sums import Blocks
 from infotraj.diagnosis.measure.lapped import Lapped
 from infotraj.diagnosis.measure.residual import FlightSamples
@@ -36,7 +37,9 @@ class Member:
 class Observation:
     """Flights as samples, their transforms, their blocks, and a vehicle.
 
-    ignored: axes of no weight; command_step: s, the longest time between rows with commands.
+    ignored: axes of no weight; command_step: s, the longest time between rows with commands; healthy: what these
+    flights are held against, in place of the vehicle file; balance: axes of which only the balance over seconds counts;
+    scatter: by label and place, what a number differs by from flight to flight, usual sizes.
     """
 
     vehicle: Vehicle
@@ -45,10 +48,19 @@ class Observation:
     blocks: Blocks
     ignored: frozenset[str] = frozenset()
     command_step: float = 0.0
+    healthy: Healthy | None = None
+    balance: frozenset[str] = frozenset()
+    scatter: Mapping[tuple[str, int], float] = field(default_factory=dict)
 
     def model(self, members: Sequence[Member]) -> Model:
-        """The vehicle with these effects."""
-        return Model(self.vehicle, [m.effect for m in members])
+        """The vehicle with these effects, and with what is healthy beside them."""
+        taken = {m.candidate.label for m in members}
+        base = self.healthy.effects if self.healthy is not None else {}
+        return Model(self.vehicle, [*(e for k, e in base.items() if k not in taken), *(m.effect for m in members)])
+
+    def base(self, candidate: Candidate) -> Effect:
+        """A candidate as it is before anything is found: absent, or healthy."""
+        return candidate.absent(self.vehicle) if self.healthy is None else self.healthy.values(candidate, self.vehicle)
 
     def raw(self, model: Model) -> list[list[Array]] | None:
         """Residuals of all flights; None where the model cannot be evaluated."""

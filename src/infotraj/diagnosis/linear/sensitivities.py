@@ -16,6 +16,7 @@ from infotraj.diagnosis.linear.candidates import Candidate, Variant, places, var
 from infotraj.diagnosis.linear.observation import Member, Observation, inward, packed, unpacked
 from infotraj.effects.base import Effect
 from infotraj.errors import InputError
+from infotraj.models import Model
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
@@ -100,14 +101,14 @@ def _joint(observation, effects, models, choices) -> list[list[Array]]:
         factor[list(choice.columns)] *= choice.scale
     out = []
     for s in observation.samples:
-        base = s.residual(observation.model([]).with_effects(*effects))
+        base = s.residual(Model(observation.vehicle, effects))
         joint = [np.empty((len(b), 3, 1 + len(models))) for b in base]
         for part, b in zip(joint, base, strict=True):
             part[:, :, 0] = b
         for k, (moved, _) in enumerate(models):
             try:
                 with np.errstate(all="ignore"):
-                    residual = s.residual(observation.model([]).with_effects(*moved))
+                    residual = s.residual(Model(observation.vehicle, moved))
             except InputError:
                 residual = base
             for part, b, r in zip(joint, base, residual, strict=True):

@@ -12,13 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from infotraj.diagnosis.noise.spectra import EDGES, SLOW, Spectrum, Weights
+from infotraj.diagnosis.noise.spectra import Spectrum, Weights
 from infotraj.rotations import Array
 
 WINDOW = 0.05  # s: unit of time of a rise; what matters to a vehicle's motion lasts longer
 BLOCK = 2.0  # s
 _MOST_BLOCKS = 96
-SLOW_BANDS = int(np.searchsorted(EDGES, SLOW))
 
 
 @dataclass(frozen=True)
@@ -137,7 +136,7 @@ def gathered(found: Sequence[Spectrum], weights: Weights, cut: Blocks) -> Sums:
             rows = block == b
             gram[a, b][at] += x[rows].T @ x[rows]
             f = int(np.searchsorted(folds, cut.fold[b]))
-            below = rows & (s.band < SLOW_BANDS)
+            below = rows & (s.band < weights.slow(s.axis))
             part = s.values[np.ix_(below, moves)]
             plain[a, f][at] += part.T @ part
             slow[a, f] += below.sum()

@@ -90,9 +90,11 @@ class FlightSamples:
 
 
 def flight_samples(
-    model: Model, flight: Flight, start: float | None = None, stop: float | None = None
+    model: Model, flight: Flight, start: float | None = None, stop: float | None = None, clear: float = 0.0
 ) -> FlightSamples:
-    """The flight's usable samples for a model of its vehicle. start, stop: s, the part to use.
+    """The flight's usable samples for a model of its vehicle.
+
+    start, stop: s, the part to use; clear: s before and after the ground that are left out.
 
     InputError where the flight lacks the commands (or measured values) of the vehicle's actuators.
     """
@@ -105,7 +107,7 @@ def flight_samples(
         "outside --from and --to": (t < (-np.inf if start is None else start))
         | (t >= (np.inf if stop is None else stop)),
         "first half second": t < t[0] + SETTLING,
-        "not in the air": ~np.asarray(airborne_rows(flight, model.vehicle).rows, dtype=bool),
+        "not in the air": _near(t, ~np.asarray(airborne_rows(flight, model.vehicle).rows, dtype=bool), clear),
         "inputs do not reach": ~np.asarray(prediction.covered, dtype=bool),
     }.items():
         left_out[reason] = int((keep & rows).sum())
@@ -121,6 +123,16 @@ def flight_samples(
         else:
             channels.append(channel)
     return FlightSamples(prepared, tuple(channels), left_out, reasons)
+
+
+def _near(t: Array, rows: NDArray, within: float) -> NDArray:
+    """These rows, and those less than `within` (s) from one of them."""
+    if within <= 0.0 or not rows.any():
+        return rows
+    there = t[rows]
+    after = np.clip(np.searchsorted(there, t), 0, len(there) - 1)
+    nearest = np.minimum(np.abs(there[after] - t), np.abs(t - there[np.maximum(after - 1, 0)]))
+    return np.asarray(nearest < within)
 
 
 def _sources(prepared: Prepared, prediction: Prediction) -> dict[str, tuple[bool, NDArray, str | None]]:

@@ -9,7 +9,7 @@ share that is explained (Bendat and Piersol, "Random data", 2010, 6.1), so that 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -22,6 +22,7 @@ from infotraj.rotations import Array
 EDGES = np.array([0.0, 0.5, 1.0, 1.5, 2.5, 3.5, 5.0, 7.0, 10.0, 14.0, 20.1])  # Hz
 BANDS = len(EDGES) - 1
 SLOW = 5.0  # Hz: what is slower moves a vehicle
+SLOW_BANDS = int(np.searchsorted(EDGES, SLOW))
 FREE = 30.0  # usual sizes: deviation of a number that is free, so wide that no size of an effect is held back
 _ROUNDS = 4
 _TAILS = 4.0  # degrees of freedom of Student's t for a second of an axis: seconds of spikes count less
@@ -50,13 +51,18 @@ class Weights:
     """Weights of the coefficients, in units of the inverse of their variance.
 
     axes: names; noise (axes, bands): variance that the richest model leaves; coherence (axes, bands); second: for each
-    spectrum (n,) by how much its second counts.
+    spectrum (n,) by how much its second counts; balance: axes of which the slowest band alone counts.
     """
 
     axes: tuple[str, ...]
     noise: Array
     coherence: Array
     second: tuple[Array, ...]
+    balance: frozenset[str] = frozenset()
+
+    def slow(self, axis: str) -> int:
+        """How many bands say how large an error is."""
+        return 1 if axis in self.balance else SLOW_BANDS
 
     def of(self, number: int, s: Spectrum) -> Array:
         """The weight (n,) of each coefficient of spectrum `number`."""
@@ -90,12 +96,20 @@ def _measured(samples: FlightSamples, channel, turn: Lapped) -> Array | None:
     return None if side is None else turn(side[:, :, None])[:, :, 0]
 
 
-def weights(found: Sequence[Spectrum], ignored: frozenset[str] = frozenset(), start: Weights | None = None) -> Weights:
+def weights(
+    found: Sequence[Spectrum],
+    ignored: frozenset[str] = frozenset(),
+    start: Weights | None = None,
+    balance: frozenset[str] = frozenset(),
+) -> Weights:
     """The weights, from what a fit of all columns at once leaves, reweighted until they settle.
 
-    ignored: axes of no weight; start: weights of nearly the same columns, which settle sooner.
+    ignored: axes of no weight; start: weights of nearly the same columns, which settle sooner; balance: axes of which
+    the slowest band alone has weight.
     """
     axes = tuple(dict.fromkeys(s.axis for s in found))
+    # What the balance of one flight is off by in the mean is no noise of its seconds.
+    found = [_centred(s) if s.axis in balance else s for s in found]
     width = found[0].values.shape[1]
     second = [np.ones(len(s.band)) for s in found] if start is None else list(start.second)
     noise = coherence = np.ones((len(axes), BANDS))
@@ -108,6 +122,7 @@ def weights(found: Sequence[Spectrum], ignored: frozenset[str] = frozenset(), st
             noise = _begun(gram[:, :, 0, 0], gram, count)
         inverse_noise = np.where(count > 0, 1.0 / noise, 0.0)
         inverse_noise[[a in ignored for a in axes]] = 0.0
+        inverse_noise[[a in balance for a in axes], 1:] = 0.0
         total = np.einsum("ab,abij->ij", inverse_noise, gram)
         covariance = np.linalg.inv(total[1:, 1:] + np.eye(width - 1) / FREE**2)
         theta = covariance @ total[0, 1:]
@@ -117,11 +132,21 @@ def weights(found: Sequence[Spectrum], ignored: frozenset[str] = frozenset(), st
         noise = _positive(left / np.maximum(count - spent, _LEAST * count + 1e-9), gram, count)
         told = side / np.maximum(count, 1)
         coherence = np.where(np.isfinite(told), np.clip(1.0 - noise / np.maximum(told, 1e-300), 0.0, 1.0), 1.0)
+        # Torques that are large balance: that is as good as measured, at its slowest.
+        coherence[[a in balance for a in axes]] = np.arange(BANDS) == 0
         second = [
             _seconds(s, s.values @ along, noise[axes.index(s.axis)], coherence[axes.index(s.axis)]) for s in found
         ]
     coherence = np.where(np.array([a in ignored for a in axes])[:, None], 0.0, coherence)
-    return Weights(axes, noise, coherence, tuple(second))
+    return Weights(axes, noise, coherence, tuple(second), balance)
+
+
+def _centred(s: Spectrum) -> Spectrum:
+    slowest = s.band == 0
+    values = s.values.copy()
+    if slowest.any():
+        values[slowest] -= values[slowest].mean(axis=0)
+    return replace(s, values=values)
 
 
 def _by_band(found, axes, second, width):

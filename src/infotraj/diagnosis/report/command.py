@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from infotraj.options import accept_option, command_steps_option
+from infotraj.errors import UsageError, problem
+from infotraj.options import Several, accept_option, command_steps_option
 
 if TYPE_CHECKING:
     from infotraj.flight import Flight
@@ -31,6 +32,13 @@ _JSON = click.option("--json", "json_file", type=click.Path(path_type=Path), hel
 @click.command("diagnose")
 @_MODEL
 @click.argument("flights", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="FLIGHT...")
+@click.option(
+    "--reference",
+    cls=Several,
+    type=click.Path(path_type=Path),
+    metavar="HEALTHY...",
+    help="Healthy flights of the same vehicle: what differs from them is asked, not what the model lacks.",
+)
 @click.option("--save-model", type=click.Path(path_type=Path), help="Write the model with the supported effects.")
 @click.option(
     "--matters",
@@ -54,6 +62,7 @@ _JSON = click.option("--json", "json_file", type=click.Path(path_type=Path), hel
 def diagnose_command(
     model: Path,
     flights: tuple[Path, ...],
+    reference: tuple[Path, ...],
     save_model: Path | None,
     matters: float,
     figures: Path | None,
@@ -69,7 +78,10 @@ def diagnose_command(
     quiet: bool,
     verbose: bool,
 ) -> None:
-    """Which named physical effect MODEL (a model or vehicle file) lacks on FLIGHTs, and how sure that is."""
+    """Which named physical effect MODEL (a model or vehicle file) lacks on FLIGHTs, and how sure that is.
+
+    With --reference: which effects changed since those flights.
+    """
     from infotraj.comparing import files
     from infotraj.diagnosis.diagnosis import diagnose
     from infotraj.diagnosis.report import summary
@@ -78,21 +90,34 @@ def diagnose_command(
 
     files.require_order(start, stop)
     refuse_overwriting(save_model, model)
+    if reference and save_model is not None:
+        what = "--save-model with --reference: a change is told from healthy flights, not from the model"
+        raise UsageError(problem(what, "one of them", "Leave one out; `infotraj add` fits an effect to flights."))
+    twice = sorted({p.resolve() for p in flights} & {p.resolve() for p in reference})
+    if twice:
+        raise UsageError(problem(f"{twice[0]} is asked about and healthy at once", "one of them", "Leave it out."))
     read, content = read_model(model, effects_from)
-    usable = _usable(read, start, stop)
-    let_in = files.admitted(
-        flights,
-        read.vehicle,
-        usable,
-        skip_rejected=skip_rejected,
-        command_steps=command_steps,
-        accept=accept,
-        start=start,
-        stop=stop,
-    )
+    usable = _usable(read, start, stop, bool(reference))
+
+    def admitted(paths: tuple[Path, ...]) -> files.Admitted[None]:
+        return files.admitted(
+            paths,
+            read.vehicle,
+            usable,
+            skip_rejected=skip_rejected,
+            command_steps=command_steps,
+            accept=accept,
+            start=start,
+            stop=stop,
+        )
+
+    let_in = admitted(flights)
+    healthy = admitted(reference).flights if reference else []
     used = let_in.flights
     _progress(quiet, f"{len(used)} flights, {sum(len(f.t) for f in used)} rows")
-    found = diagnose(read, used, effects_from=effects_from, matters=matters, seed=seed, start=start, stop=stop)
+    found = diagnose(
+        read, used, effects_from=effects_from, matters=matters, seed=seed, start=start, stop=stop, reference=healthy
+    )
     if json_file is not None:
         files.write_json(summary.as_dict(found), json_file)
     if save_model is not None and found.judged:
@@ -217,12 +242,16 @@ def history_command(model: Path, json_file: Path | None, quiet: bool) -> None:
     _say(quiet, f"next: infotraj diagnose {model} FLIGHT...")
 
 
-def _usable(model: Model, start: float | None, stop: float | None) -> Callable[[Flight], None]:
-    """What a flight must pass beyond `check` to be diagnosed: InputError says why it cannot be."""
+def _usable(model: Model, start: float | None, stop: float | None, level: bool = False) -> Callable[[Flight], None]:
+    """What a flight must pass beyond `check` to be diagnosed: InputError says why it cannot be.
+
+    level: a vehicle whose log does not say so may be taken as level.
+    """
+    from infotraj.diagnosis.gates.level import as_level
     from infotraj.diagnosis.gates.observing import observe
 
     def use(flight: Flight) -> None:
-        observe(model, [flight], start, stop)
+        observe(model, [as_level(flight) if level else flight], start, stop)
 
     return use
 

@@ -25,7 +25,8 @@ def as_dict(found: Diagnosis) -> dict[str, Any]:
             "unexplained": found.unexplained.found,
             "summary": sentence(found),
         },
-        "effects": [_effect(f) for f in found.findings],
+        "effects": [_effect(f, found.healthy_numbers(f)) for f in found.findings],
+        "reference": _reference(found),
         "error": {
             "before": _axes(found.before.rmse),
             "after": _axes(found.after.rmse),
@@ -78,6 +79,14 @@ def as_dict(found: Diagnosis) -> dict[str, Any]:
     }
 
 
+def _reference(found: Diagnosis) -> dict[str, Any] | None:
+    """What the flights were held against, and the axes of which the balance over seconds alone was."""
+    if found.healthy is None:
+        return None
+    paths = [str(f.meta.get("source", "flight")) for f in found.healthy.flights]
+    return {"flights": paths, "balance_only": sorted(found.search.observation.balance)}
+
+
 def stays(found: Diagnosis) -> dict[str, float]:
     """Axes that are judged and whose error stays far above the floor, with that error, by axis."""
     after, floor = found.after.rmse, found.after.floor
@@ -92,7 +101,10 @@ def sentence(found: Diagnosis) -> str:
         f = found.finding(name)
         others = [n for n in f.group if n != name]
         parts.append(name + (f" (or {' or '.join(others)}: not separable on these flights)" if others else ""))
-    first = f"Missing: {', '.join(parts)}" if parts else "No missing effect is supported"
+    if found.healthy is not None:
+        first = f"Changed: {', '.join(parts)}" if parts else "Nothing changed that these flights can tell"
+    else:
+        first = f"Missing: {', '.join(parts)}" if parts else "No missing effect is supported"
     if not found.judged:
         first = f"These data cannot say which effect is missing: {next(iter(found.refused.values()))}"
     elif found.refused:
@@ -113,6 +125,15 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
         if quiet and not verbose:
             continue
         lines.append(_row(f))
+        usual = found.healthy_numbers(f)
+        if usual is not None and not quiet:
+            said = [f"{k}={_plus_minus(v, usual['standard_errors'][k])}" for k, v in usual["parameters"].items()]
+            now = [
+                f"{k}={_plus_minus(v, f.standard_errors.get(k))}"
+                for k, v in f.parameters.items()
+                if k in usual["parameters"]
+            ]
+            lines.append(f"{'':<20}now {' '.join(now)}; healthy {' '.join(said)}")
         if f.reason:
             lines.append(f"{'':<20}{f.reason}")
     if not verbose:
@@ -145,6 +166,9 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
     every = found.search.observation.command_step
     if found.command_steps > 1:
         lines.append(f"commands: every {1000 * every:.0f} ms, read as {found.command_steps} steps from row to row")
+    balance = sorted(found.search.observation.balance) if found.healthy is not None else []
+    if balance:
+        lines.append(f"{', '.join(balance)}: held against the healthy flights by the balance over seconds alone")
     if found.command_steps > 1 or every > _SPARSE:
         lines.append(f"a delay below {500 * every:.0f} ms cannot be told from how commands ran between their rows")
     lines += [f"not judged: {axis} ({reason})" for axis, reason in found.refused.items()] if found.judged else []
@@ -171,11 +195,17 @@ def _row(f: Finding) -> str:
     )
 
 
+def _plus_minus(value: Any, error: Any) -> str:
+    return _short(value) if error is None else f"{_short(value)} +- {_short(error)}"
+
+
 def _short(value: Any) -> str:
-    return "[" + ", ".join(f"{v:.4g}" for v in value) + "]" if isinstance(value, (list, tuple)) else f"{value:.4g}"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(_short(v) for v in value) + "]"
+    return "?" if value is None else f"{value:.4g}"
 
 
-def _effect(f: Finding) -> dict[str, Any]:
+def _effect(f: Finding, usual: dict[str, Any] | None) -> dict[str, Any]:
     e = f.evidence
     fitted = {k: v for k, v in f.parameters.items()}
     return {
@@ -192,6 +222,7 @@ def _effect(f: Finding) -> dict[str, Any]:
         "parameters": fitted,
         "standard_errors": f.standard_errors,
         "reason": f.reason or None,
+        **({"reference": usual} if usual is not None else {}),
         **({"instances": list(f.instances)} if f.instances else {}),
     }
 

@@ -13,8 +13,9 @@ from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.linear.sensitivities import sensitivities
 from infotraj.diagnosis.linear.sums import Sums, gathered
 from infotraj.diagnosis.noise.spectra import Spectrum, Weights, spectra, weights
-from infotraj.diagnosis.select.prior import Scales, is_file_number, price, spikes
+from infotraj.diagnosis.select.prior import SCALES, Scales, is_file_number, price, spikes
 from infotraj.diagnosis.select.score import Choice, Scorer
+from infotraj.effects.base import Effect
 from infotraj.rotations import Array
 
 _NEAR = 0.3  # usual sizes within which a number's column stays what it is
@@ -22,7 +23,8 @@ _NEAR = 0.3  # usual sizes within which a number's column stays what it is
 
 @dataclass(frozen=True)
 class Column:
-    """One number: its candidate, place in the form, usual size, value now and bounds, usual sizes from absent.
+    """One number: its candidate, place in the form, usual size, value now and bounds, usual sizes from absent (or from
+    what is healthy).
 
     idle: it changes nothing on its own (the length of a cable without a load).
     """
@@ -80,9 +82,31 @@ class Linear:
         # An idle number is told as a step from where it is.
         low, high = np.where(idle, low - now, low), np.where(idle, high - now, high)
         if held is None:
-            return Scorer(self.absent, self.choices, self.kept, self.spike(scales), low, high)
+            return Scorer(self.absent, self.choices, self.kept, self.prior(scales), low, high, None, self.scatter)
         given = self._numbers(held)
-        return Scorer(self.absent.shifted(given), self.choices, (), self.spike(scales), low, high, given)
+        shifted = self.absent.shifted(given)
+        return Scorer(shifted, self.choices, (), self.prior(scales), low, high, given, self.scatter)
+
+    @property
+    def scatter(self) -> Array | None:
+        """What every number differs by from flight to flight, (p,), where that is known."""
+        known = self.observation.scatter
+        return np.array([known.get((c.candidate.label, c.place), 0.0) for c in self.columns]) if known else None
+
+    @property
+    def scales(self) -> tuple[Scales, ...]:
+        """How far the numbers may be off, to choose from: one, where healthy flights have told it."""
+        return tuple(map(Scales, SCALES)) if self.observation.healthy is None else (Scales(1.0),)
+
+    def prior(self, scales: Scales) -> Array:
+        """Covariance (p, p) of all numbers where none is chosen: of the file, or of what is healthy."""
+        healthy = self.observation.healthy
+        if healthy is None:
+            return np.diag(self.spike(scales) ** 2)
+        owners = [(c.candidate.label, c.place) for c in self.columns]
+        alone = len(self.observation.samples) == 1 or not self.observation.scatter
+        known = healthy.prior(owners, alone)
+        return known if scales.common > 0.0 else np.zeros_like(known)
 
     def spike(self, scales: Scales) -> Array:
         """Deviation of every column's file number, 0 for what is none; one linearisation of a number counts."""
@@ -96,7 +120,7 @@ class Linear:
 
     def weighed_by(self, observation: Observation) -> Linear:
         """The same columns where other axes count."""
-        weighed = weights(self.found, observation.ignored)
+        weighed = weights(self.found, observation.ignored, None, observation.balance)
         sums = gathered(self.found, weighed, observation.blocks)
         return replace(self, observation=observation, weights=weighed, sums=sums)
 
@@ -112,10 +136,10 @@ class Linear:
         out = np.zeros(len(self.columns))
         for m in members:
             at = places(m.candidate, self.observation.vehicle)
-            values = read(m.effect, at)
+            values = read(m.effect, at) - read(self.observation.base(m.candidate), at)
             for i, c in enumerate(self.columns):
                 if c.candidate.label == m.candidate.label and not c.idle:
-                    out[i] = (values[c.place] - at[c.place].absent) / c.scale
+                    out[i] = values[c.place] / c.scale
         return out
 
     def members(self, chosen: Sequence[int], theta: Array, shift: float, straight: bool = False) -> tuple[Member, ...]:
@@ -153,20 +177,37 @@ class Linear:
             candidate = candidates[label]
             at = places(candidate, vehicle)
             start = variant.get(label)
-            x = start.start.copy() if start is not None else read(_now(self.point, candidate, vehicle), at)
+            base = read(self.observation.base(candidate), at)
+            x = start.start.copy() if start is not None else read(self._effect_now(candidate), at)
             for place, value in numbers.items():
                 p = at[place]
-                x[place] = np.clip(p.absent + value, p.low, p.high)
+                x[place] = np.clip(base[place] + value, p.low, p.high)
             effect = written(candidate, at, x)
             out.append(Member(candidate, effect, held=label in held))
+        if self.observation.healthy is not None:
+            moved_labels = {m.candidate.label for m in out}
+            own = {m.candidate.label: m for m in self.point}
+            base_of = self.observation.healthy.effects
+            out += [replace(own[k], effect=e) for k, e in base_of.items() if k not in moved_labels and k in own]
         return tuple(sorted(out, key=lambda m: not m.held))
 
+    def with_numbers(self, members: Sequence[Member], theta: Array) -> tuple[Member, ...]:
+        """The members with numbers theta (p,), usual sizes from what is before anything is found."""
+        out = []
+        for m in members:
+            at = places(m.candidate, self.observation.vehicle)
+            x, base = read(m.effect, at), read(self.observation.base(m.candidate), at)
+            for i, c in enumerate(self.columns):
+                if c.candidate.label == m.candidate.label and not c.idle and theta[i] != 0.0:
+                    x[c.place] = np.clip(base[c.place] + theta[i] * c.scale, at[c.place].low, at[c.place].high)
+            out.append(replace(m, effect=written(m.candidate, at, x)))
+        return tuple(out)
 
-def _now(point: Sequence[Member], candidate: Candidate, vehicle):
-    for m in point:
-        if m.candidate.label == candidate.label:
-            return m.effect
-    return candidate.absent(vehicle)
+    def _effect_now(self, candidate: Candidate) -> Effect:
+        for m in self.point:
+            if m.candidate.label == candidate.label:
+                return m.effect
+        return self.observation.base(candidate)
 
 
 def linearised(
@@ -183,7 +224,7 @@ def linearised(
     those that act only beside others which have changed; frozen: its weights are used again, too.
     """
     vehicle, more = observation.vehicle, more or {}
-    inside = {m.candidate.label for m in point}
+    inside, asked = {m.candidate.label for m in point}, {c.label for c in known}
     absent = [c for c in known if c.label not in inside]
     old: list[int] = []  # columns of `like` that are used again
     reused: list[Choice] = []
@@ -213,13 +254,13 @@ def linearised(
         at = tuple(first + old.index(i) for i in near[label]) if label in near else tuple(fresh)
         now = read(m.effect, places(m.candidate, vehicle))
         for k, i in enumerate(at):
-            columns[i] = _column(m.candidate, k, now[k], vehicle)
-        if not m.held:
+            columns[i] = _column(m.candidate, k, now[k], observation)
+        if not m.held and m.candidate.label in asked:
             choices.append(Choice(m.candidate.label, at, price(m.candidate, alike.get(m.candidate.name, 1))))
             variants.append(None)
     for c in found.choices:
         for column, (i, _, _) in zip(c.columns, c.variant.points, strict=True):
-            columns[column] = _column(c.candidate, i, c.variant.start[i], vehicle, absent=True)
+            columns[column] = _column(c.candidate, i, c.variant.start[i], observation, absent=True)
         choices.append(Choice(c.candidate.label, c.columns, price(c.candidate, alike[c.candidate.name])))
         variants.append(c.variant)
     parts = spectra(observation.samples, observation.transforms, found.joint)
@@ -235,14 +276,33 @@ def linearised(
             replace(s, values=np.concatenate([s.values, b.values[:, kept]], axis=1))
             for s, b in zip(parts, like.found, strict=True)
         ]
+    for s in parts:
+        if s.axis in observation.balance:
+            balanced(s, [1 + i for i, c in enumerate(columns) if not in_balance(c.candidate)])
     if like is not None and frozen:
         weighed = like.weights
     else:
-        weighed = weights(parts, observation.ignored, None if like is None else like.weights)
+        weighed = weights(parts, observation.ignored, None if like is None else like.weights, observation.balance)
     sums = gathered(parts, weighed, observation.blocks)
     return Linear(
         observation, tuple(point), tuple(columns), tuple(choices), tuple(variants), tuple(parts), weighed, sums
     )
+
+
+def balanced(s: Spectrum, without: Sequence[int]) -> None:
+    """Leaves of the columns of an axis what they are in the mean of the flight's slowest band.
+
+    A sum of torques that is zero says as much of rotors without thrust: what varies is not to be explained by them.
+    """
+    slowest = s.band == 0
+    mean = s.values[slowest, 1:].mean(axis=0) if slowest.any() else 0.0
+    s.values[:, 1:] = np.where(slowest[:, None], mean, 0.0)
+    s.values[:, list(without)] = 0.0
+
+
+def in_balance(candidate: Candidate) -> bool:
+    """Whether an effect changes the balance of torques of a vehicle that stays level: not inertia, nor when it acts."""
+    return candidate.cls.place in ("thrust", "wrench") or candidate.name in ("com_offset", "mass_offset")
 
 
 def _columns_near(like: Linear, m: Member) -> list[int] | None:
@@ -258,15 +318,17 @@ def _columns_near(like: Linear, m: Member) -> list[int] | None:
     return sorted(own, key=lambda i: like.columns[i].place)
 
 
-def _column(candidate: Candidate, place: int, value: float, vehicle, absent: bool = False) -> Column:
+def _column(candidate: Candidate, place: int, value: float, observation: Observation, absent: bool = False) -> Column:
+    vehicle = observation.vehicle
     at = places(candidate, vehicle)
     p = at[place]
+    base = float(read(observation.base(candidate), at)[place])
     x = np.array([q.absent for q in at])
     x[place] += p.scale
     idle = written(candidate, at, np.clip(x, [q.low for q in at], [q.high for q in at])).is_absent(vehicle)
     # A file may declare too long a lag; a lag that is missing is longer.
     least = next(x for x in candidate.cls.parameters if x.name == p.parameter).bounds[0]
     low = max(p.low, least) if least == p.absent else p.low
-    low, high = sorted(((low - p.absent) / p.scale, (p.high - p.absent) / p.scale))
-    now = 0.0 if absent and not idle else (value - p.absent) / p.scale
+    low, high = sorted(((low - base) / p.scale, (p.high - base) / p.scale))
+    now = 0.0 if absent and not idle else (value - base) / p.scale
     return Column(candidate, place, p.scale, float(now), low, high, idle)

@@ -22,6 +22,7 @@ from infotraj.rotations import Array
 
 BEAM = 12
 _PASSES = 4
+_HEAVY = 1e6  # times its own weight: what is known of the numbers holds them where they are
 _OFF = 2.0  # standard deviations that a file number is off by at most
 _SURE = 3.0  # standard errors within which a number may lie beyond a bound
 
@@ -51,9 +52,9 @@ class Solution:
 class Scorer:
     """Scores sets of choices on the sums of a model without any of them.
 
-    kept: columns of effects that stay (slab); spike (p,): deviation of every file number, 0 where there is none; low,
-    high (p,): bounds in usual sizes from absent; given (p,): numbers that are in the sums already, and in every
-    solution.
+    kept: columns of effects that stay (slab); prior (p, p): covariance of the numbers that are not chosen (spikes), 0
+    where there is none; low, high (p,): bounds in usual sizes from absent; given (p,): numbers that are in the sums
+    already, and in every solution; scatter (p,): what every number differs by from flight to flight.
     """
 
     def __init__(
@@ -61,16 +62,21 @@ class Scorer:
         sums: Sums,
         choices: Sequence[Choice],
         kept: Sequence[int],
-        spike: Array,
+        prior: Array,
         low: Array,
         high: Array,
         given: Array | None = None,
+        scatter: Array | None = None,
     ) -> None:
         self.choices = tuple(choices)
         self.given = np.zeros(sums.width) if given is None else given
-        self.kept, self.spike = np.array(kept, dtype=int), spike
+        self.kept, self.prior = np.array(kept, dtype=int), prior
+        self.spike = np.sqrt(np.diag(prior))
+        self.correlated = np.count_nonzero(prior) > np.count_nonzero(self.spike)
         self.low, self.high = low, high
         folds = sums.by_fold()
+        if scatter is not None and len(folds) > 1 and np.array_equal(sums.fold, sums.flight):
+            folds = np.array([diluted(f, scatter) for f in folds])
         every = folds.sum(axis=0)
         self.parts = [every, *(every - f for f in folds)]
         self._reduce()
@@ -79,7 +85,11 @@ class Scorer:
         """Integrates what every set shares: file numbers under their spikes, and the effects that stay."""
         file = np.flatnonzero(self.spike > 0)
         self.shared = np.concatenate([self.kept, file])
-        self.precision = np.concatenate([np.full(len(self.kept), SLAB**-2.0), self.spike[file] ** -2.0])
+        covariance = np.zeros((len(self.shared), len(self.shared)))
+        k = len(self.kept)
+        covariance[:k, :k] = SLAB**2 * np.eye(k)
+        covariance[k:, k:] = self.prior[np.ix_(file, file)]
+        self.precision = _inverse(covariance)
         self.reduced = [_reduced(part, self.shared, self.precision) for part in self.parts]
 
     def scores(self, sets: Sequence[tuple[int, ...]], exact: int | None = None) -> Array:
@@ -114,20 +124,17 @@ class Scorer:
         """The numbers of one set, on all folds and without each."""
         columns = np.array(self._columns(chosen), dtype=int)
         bound = self._bound_values(columns)
+        prior = self._with_slabs(columns)
         found = []
         for part in self.parts:
             b, gram = part[0, 1:], part[1:, 1:]
-            # A number with both a spike and a slab has the sum of their variances.
-            variance = self.spike**2
-            variance[columns] += SLAB**2
-            variance[self.kept] += SLAB**2
-            free = np.array([c for c in np.flatnonzero(variance > 0) if c not in bound], dtype=int)
-            precision = 1.0 / variance[free]
+            free = np.array([c for c in np.flatnonzero(np.diag(prior) > 0) if c not in bound], dtype=int)
+            precision = _inverse(prior[np.ix_(free, free)])
             theta = np.zeros(len(b))
             for c, value in bound.items():
                 theta[c] = value
             left = b - gram @ theta
-            theta[free] = _solve(gram[np.ix_(free, free)] + np.diag(precision), left[free])
+            theta[free] = _solve(gram[np.ix_(free, free)] + precision, left[free])
             found.append(theta + self.given)
         return Solution(tuple(chosen), float(self.scores([tuple(chosen)])[0]), found[0], np.array(found[1:]))
 
@@ -137,13 +144,14 @@ class Scorer:
         No file number is further off than files are, or than in `near` (folds, p): what an effect leaves is not taken
         up by numbers that no file has. mine: columns of that effect, whose numbers in `near` are none of a file.
         """
+        columns = np.array(self._columns(chosen), dtype=int)
+        if self.correlated:
+            return np.array([self._beside_known(part, columns, mine) for part in self.parts[1:]]) + self.given
         near = near.copy()
         near[:, list(mine)] = self.given[list(mine)]
-        columns = np.array(self._columns(chosen), dtype=int)
         bound = self._bound_values(columns)
-        variance = self.spike**2
-        variance[columns] += SLAB**2
-        variance[self.kept] += SLAB**2
+        prior = self._with_slabs(columns)
+        variance = np.diag(prior)
         file = (self.spike > 0) & ~np.isin(np.arange(len(variance)), [*columns, *self.kept])
         out = np.zeros_like(near)
         for k, part in enumerate(self.parts[1:]):
@@ -156,13 +164,43 @@ class Scorer:
                 theta[:] = 0.0
                 theta[list(held)] = list(held.values())
                 left = b - gram @ theta
-                theta[free] = _solve(gram[np.ix_(free, free)] + np.diag(1.0 / variance[free]), left[free])
+                theta[free] = _solve(gram[np.ix_(free, free)] + _inverse(prior[np.ix_(free, free)]), left[free])
                 beyond = np.flatnonzero(np.abs(theta) > most * (1.0 + 1e-9))
                 if not len(beyond):
                     break
                 held |= {int(c): float(np.sign(theta[c]) * most[c]) for c in beyond}
             out[k] = np.clip(theta, -most, most) + self.given
         return out
+
+    def _beside_known(self, part: Array, columns: NDArray, mine: Sequence[int]) -> Array:
+        """The same (p,) for one part where numbers are known together: with `columns`, and as likely as beside `mine`.
+
+        How unlikely numbers are is their squared distance in standard deviations (Mahalanobis).
+        """
+        new, distance, _ = self._split(part, np.unique([*columns, *mine]).astype(int), 1.0)
+        most, weight = distance + _OFF**2, 1.0
+        while True:
+            new, distance, known = self._split(part, columns, weight)
+            if distance <= most or weight > _HEAVY:
+                break
+            weight *= 2.0
+        return new + known
+
+    def _split(self, part: Array, columns: NDArray, weight: float) -> tuple[Array, float, Array]:
+        """What is new in these columns (p,), how far the numbers are off beside it (squared), and these (p,).
+
+        weight: of what is known of the numbers, against the data.
+        """
+        file = np.flatnonzero(self.spike > 0)
+        both = np.concatenate([file, columns])
+        known = _inverse(self.prior[np.ix_(file, file)])
+        precision = np.eye(len(both)) / SLAB**2
+        precision[: len(file), : len(file)] = weight * known
+        found = _solve(part[1:, 1:][np.ix_(both, both)] + precision, part[0, 1:][both])
+        off = found[: len(file)]
+        new, beside = np.zeros(len(self.spike)), np.zeros(len(self.spike))
+        new[columns], beside[file] = found[len(file) :], off
+        return new, float(off @ known @ off), beside
 
     def search(
         self, most: int, open_to: Iterable[int], start: tuple[int, ...] = (), exhaustive: int = 2, beam: int = BEAM
@@ -211,14 +249,36 @@ class Scorer:
     def covariance(self, chosen: tuple[int, ...]) -> tuple[NDArray, Array]:
         """Columns (q,) that are free with a set, file numbers too, and the covariance (q, q) of their numbers."""
         columns = np.array(self._columns(chosen), dtype=int)
-        variance = self.spike**2
-        variance[columns] += SLAB**2
-        variance[self.kept] += SLAB**2
+        prior = self._with_slabs(columns)
         bound = self._bound_values(columns)
-        free = np.array([c for c in np.flatnonzero(variance > 0) if c not in bound], dtype=int)
-        gram = self.parts[0][1:, 1:][np.ix_(free, free)] + np.diag(1.0 / variance[free])
+        free = np.array([c for c in np.flatnonzero(np.diag(prior) > 0) if c not in bound], dtype=int)
+        gram = self.parts[0][1:, 1:][np.ix_(free, free)] + _inverse(prior[np.ix_(free, free)])
         size = 1.0 / np.sqrt(np.diag(gram))
         return free, np.linalg.inv(gram * np.outer(size, size)) * np.outer(size, size)
+
+    def apart(self, chosen: tuple[int, ...]) -> tuple[Array, Array, Array]:
+        """What is new in the numbers of a set, apart from what they could be without it.
+
+        (p,) on all folds, (folds, p) without each, and its standard deviation (p,), usual sizes.
+        """
+        columns = np.array(self._columns(chosen), dtype=int)
+        new = np.array([self._split(part, columns, 1.0)[0] for part in self.parts])
+        both = np.concatenate([np.flatnonzero(self.spike > 0), columns])
+        precision = np.eye(len(both)) / SLAB**2
+        count = len(both) - len(columns)
+        precision[:count, :count] = _inverse(self.prior[np.ix_(both[:count], both[:count])])
+        gram = self.parts[0][1:, 1:][np.ix_(both, both)] + precision
+        error = np.zeros(len(self.spike))
+        error[columns] = np.sqrt(np.diag(_solve(gram, np.eye(len(both))))[count:])
+        new = np.clip(new, self.low, self.high)
+        return new[0], new[1:], error
+
+    def _with_slabs(self, columns: NDArray) -> Array:
+        """Prior covariance (p, p) of all numbers: one with both a spike and a slab has the sum of their variances."""
+        prior = self.prior.copy()
+        prior[columns, columns] += SLAB**2
+        prior[self.kept, self.kept] += SLAB**2
+        return prior
 
     def _columns(self, chosen: Sequence[int]) -> tuple[int, ...]:
         return tuple(c for i in chosen for c in self.choices[i].columns)
@@ -305,12 +365,28 @@ def _reduced(part: Array, shared: NDArray, precision: Array) -> _Reduced:
     square, right, gram = part[0, 0], part[0, 1:], part[1:, 1:]
     if not len(shared):
         return _Reduced(gram, right, -0.5 * square)
-    both = _solve(gram[np.ix_(shared, shared)] + np.diag(precision), np.column_stack([gram[shared], right[shared]]))
+    inner = gram[np.ix_(shared, shared)] + precision
+    both = _solve(inner, np.column_stack([gram[shared], right[shared]]))
     along, alone = both[:, :-1], both[:, -1]
-    inner = gram[np.ix_(shared, shared)] + np.diag(precision)
-    size = np.linalg.slogdet(inner / np.sqrt(np.outer(precision, precision)))[1]
+    size = np.linalg.slogdet(inner)[1] - np.linalg.slogdet(precision)[1]
     known = -0.5 * square + 0.5 * (right[shared] @ alone - size)
     return _Reduced(gram - gram[:, shared] @ along, right - gram[:, shared] @ alone, float(known))
+
+
+def diluted(part: Array, scatter: Array) -> Array:
+    """Products of a flight, (1 + p, 1 + p), after its own deviations from common numbers have been integrated out."""
+    along = part[:, 1:] * scatter
+    inside = np.eye(len(scatter)) + part[1:, 1:] * np.outer(scatter, scatter)
+    return part - along @ np.linalg.solve(inside, along.T)
+
+
+def _inverse(covariance: Array) -> Array:
+    """Precision of a positive definite covariance, which is scaled to a diagonal of ones."""
+    size = 1.0 / np.sqrt(np.diag(covariance))
+    scaled = covariance * np.outer(size, size)
+    if np.count_nonzero(scaled) == len(scaled):
+        return np.diag(size**2)
+    return np.linalg.inv(scaled) * np.outer(size, size)
 
 
 def _solve(gram: Array, right: Array) -> Array:

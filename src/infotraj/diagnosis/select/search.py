@@ -55,7 +55,16 @@ class Fit:
     def members(self) -> tuple[Member, ...]:
         """Held and chosen effects, with their numbers."""
         taken = set(self.labels)
-        return tuple(m for m in self.linear.point if m.held or m.candidate.label in taken)
+        found = tuple(m for m in self.linear.point if m.held or m.candidate.label in taken)
+        if self.linear.observation.healthy is None or self.scales.common == 0.0:
+            return found
+        # What changed, apart from what is not known of the healthy numbers.
+        return self.linear.with_numbers(found, self.changes[0])
+
+    @cached_property
+    def changes(self) -> tuple[Array, Array, Array]:
+        """By how much the chosen numbers differ from healthy ones, (p,), without each fold too, and their deviation."""
+        return self.scorer.apart(self.chosen)
 
     @cached_property
     def scorer(self) -> Scorer:
@@ -121,9 +130,9 @@ class Search:
         every = [[i for i, c in enumerate(now.choices) if c.label == label] for label in labels]
         # Every start of an effect that has several; the one that explains most is refined.
         sets = [tuple(s) for s in product(*every)]
-        tried = [(float(now.scorer(s).scores([x])[0]), k, x) for k, s in enumerate(map(Scales, SCALES)) for x in sets]
+        tried = [(float(now.scorer(s).scores([x])[0]), k, x) for k, s in enumerate(now.scales) for x in sets]
         _, common, chosen = max(tried)
-        scales = scaled(now, chosen, SCALES[common])
+        scales = scaled(now, chosen, now.scales[common].common)
         return self._settled(Fit(now, chosen, scales, now.scorer(scales).solution(chosen)), labels, 3 * _ROUNDS, False)
 
     def fitted(self, labels: Sequence[str], like: Fit, scales: Scales | None = None, rounds: int = 2) -> Fit:
@@ -189,13 +198,13 @@ def searched(now: Linear, start: tuple[int, ...] | None = None, scales: Scales |
     """
     every = [i for i, c in enumerate(now.choices) if np.isfinite(c.price)]
     if start is None or scales is None:
-        tried = [(now.scorer(s).search(MOST, every, beam=_NARROW, exhaustive=1), s) for s in map(Scales, SCALES)]
+        tried = [(now.scorer(s).search(MOST, every, beam=_NARROW, exhaustive=1), s) for s in now.scales]
         first, common = max(tried, key=lambda pair: pair[0].score)
         scales = scaled(now, first.chosen, common.common)
         solution = now.scorer(scales).search(MOST, every)
     else:
-        near = [s for s in SCALES if 0.1 < s / scales.common < 10.0]
-        tried = [(now.scorer(s).search(2, every, start, beam=_NARROW, exhaustive=1), s) for s in map(Scales, near)]
+        near = [s for s in now.scales if 0.1 < s.common / scales.common < 10.0]
+        tried = [(now.scorer(s).search(2, every, start, beam=_NARROW, exhaustive=1), s) for s in near]
         first, common = max(tried, key=lambda pair: pair[0].score)
         scales = scaled(now, first.chosen, common.common)
         solution = now.scorer(scales).search(2, every, first.chosen, exhaustive=1)
@@ -209,6 +218,8 @@ def scaled(now: Linear, chosen: tuple[int, ...], common: float) -> Scales:
 
     Marginal likelihood (MacKay 1992) of the file numbers that are not chosen, chosen and kept effects integrated out.
     """
+    if now.observation.healthy is not None:
+        return Scales(common)
     taken = sorted({*now.kept, *(c for i in chosen for c in now.choices[i].columns)})
     whole = now.absent.by_fold().sum(axis=0)
     right, gram = whole[0, 1:], whole[1:, 1:]

@@ -66,7 +66,7 @@ def _scanned(now: Linear, candidate: Candidate, shape: int) -> Variant | None:
             for (_, p), r, w in zip(parts, rows, weight, strict=True)
         ]
     )
-    spike = now.spike(Scales(1.0))[others]
+    spike = np.sqrt(np.diag(now.prior(Scales(1.0))))[others]
     deviation = np.where(spike > 0, spike, SLAB)
     gram = fixed[:, 1:].T @ fixed[:, 1:] + np.diag(deviation**-2.0)
     rest = fixed[:, 0] - fixed[:, 1:] @ np.linalg.solve(gram, fixed[:, 1:].T @ fixed[:, 0])

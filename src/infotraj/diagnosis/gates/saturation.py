@@ -1,0 +1,40 @@
+"""Rotors at full throttle: what they give is less than their command says, and a change of them is told too small."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from infotraj.checking.airborne import airborne_rows
+from infotraj.diagnosis.gates.doubt import Doubt
+from infotraj.dynamics.inputs import input_columns
+from infotraj.flight import Flight
+from infotraj.vehicle import Vehicle
+
+_FULL = 0.98  # of the throttle
+_OFTEN = 0.02  # of the time in the air
+
+
+def saturated(flights: Sequence[Flight], vehicle: Vehicle) -> list[Doubt]:
+    """One note for each rotor that is often at full throttle in the air. It refuses nothing."""
+    share: dict[str, float] = {}
+    for flight in flights:
+        columns = input_columns(vehicle, flight)
+        if columns is None or not any(r.input == "throttle" for r in vehicle.rotors):
+            continue
+        flying = flight.get(*columns)[np.asarray(airborne_rows(flight, vehicle).rows, dtype=bool)]
+        for r, x in zip(vehicle.rotors, flying.T, strict=False):
+            if r.input == "throttle" and np.isfinite(x).any():
+                share[r.name] = max(share.get(r.name, 0.0), float(np.mean(x[np.isfinite(x)] >= _FULL)))
+    return [
+        Doubt(
+            "rotor_saturated",
+            name,
+            (),
+            f"{name} is at full throttle in {often:.0%} of a flight: it gives less than its command says",
+            refuses=False,
+        )
+        for name, often in share.items()
+        if often > _OFTEN
+    ]

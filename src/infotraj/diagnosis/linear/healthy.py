@@ -1,0 +1,82 @@
+"""What healthy flights of a vehicle say of every number of its model, where later flights are held against them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from infotraj.diagnosis.linear.candidates import Candidate, Place, read, written
+from infotraj.effects.base import Effect
+from infotraj.flight import Flight
+from infotraj.rotations import Array
+from infotraj.vehicle import Vehicle
+
+
+@dataclass(frozen=True)
+class Healthy:
+    """The model as healthy flights have it, and how well they know it.
+
+    effects: those that are not absent, by label; owners: label and place of each number that they could show;
+    covariance (q, q): of these numbers, usual sizes; scatter (q,): what each differs by from healthy flight to healthy
+    flight, standard deviation; balance: axes of torque of which the balance over seconds alone is
+    predicted; flights: those that it was learned from.
+    """
+
+    effects: dict[str, Effect]
+    owners: tuple[tuple[str, int], ...]
+    covariance: Array
+    scatter: Array
+    balance: frozenset[str]
+    flights: tuple[Flight, ...]
+
+    def prior(self, columns: Sequence[tuple[str, int]], alone: bool) -> Array:
+        """Covariance (p, p) of these numbers, each given by label and place; 0 of what the flights could not show.
+
+        One linearisation of a number counts, the first. alone: what the flights that are held against them differ by
+        themselves is in their common numbers.
+        """
+        first: dict[tuple[str, int], int] = {}
+        for i, owner in enumerate(columns):
+            first.setdefault(owner, i)
+        inside = [k for k, owner in enumerate(self.owners) if owner in first]
+        at = [first[self.owners[k]] for k in inside]
+        out = np.zeros((len(columns), len(columns)))
+        known = self.covariance + np.diag(self.scatter**2) if alone else self.covariance
+        out[np.ix_(at, at)] = known[np.ix_(inside, inside)]
+        return out
+
+    def values(self, candidate: Candidate, vehicle: Vehicle) -> Effect:
+        """The effect with its healthy numbers."""
+        return self.effects.get(candidate.label) or candidate.absent(vehicle)
+
+    def numbers(self, candidate: Candidate, at: Sequence[Place], vehicle: Vehicle) -> Array:
+        """The healthy numbers of an effect."""
+        return read(self.values(candidate, vehicle), at)
+
+    def errors(self, label: str, at: Sequence[Place]) -> Array:
+        """Standard deviation of each of an effect's numbers, in its unit; nan where the flights could not show it."""
+        place = {owner: k for k, owner in enumerate(self.owners)}
+        found = [place.get((label, i)) for i in range(len(at))]
+        size = [
+            np.nan if k is None else float(np.hypot(np.sqrt(self.covariance[k, k]), self.scatter[k])) for k in found
+        ]
+        return np.array([abs(p.scale) * s for p, s in zip(at, size, strict=True)])
+
+    def changed(self, candidate: Candidate, effect: Effect, at: Sequence[Place], vehicle: Vehicle) -> bool:
+        """Whether an effect's numbers differ from the healthy ones."""
+        return not np.allclose(read(effect, at), self.numbers(candidate, at, vehicle), rtol=0.0, atol=1e-12)
+
+    def said(self, candidate: Candidate, at: Sequence[Place], vehicle: Vehicle) -> dict[str, Any]:
+        """The healthy numbers and their standard errors by parameter, for an answer."""
+        x, error = self.numbers(candidate, at, vehicle), self.errors(candidate.label, at)
+        effect = written(candidate, at, x)
+        spread: dict[str, Any] = {}
+        for p, e in zip(at, error, strict=True):
+            spread.setdefault(p.parameter, []).append(float(e) if np.isfinite(e) else None)
+        return {
+            "parameters": {k: effect.values[k] for k in spread},
+            "standard_errors": {k: v[0] if len(v) == 1 else v for k, v in spread.items()},
+        }
