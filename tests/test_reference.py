@@ -143,3 +143,17 @@ def test_a_cut_propeller_is_told_from_the_balance_of_a_real_vehicle():
     assert found.healthy.errors("rotor_effectiveness 2", at)[0] < 0.2
     assert [d.about for d in saturated([cut], model.vehicle)] == ["m3"]
     assert diagnose(model, [healthy[0]], reference=healthy[1:]).supported == ()
+
+
+def test_errors_stand_beside_those_of_healthy_flights(tmp_path):
+    paths = []
+    for k, f in enumerate([*flights("{}", (0, 1)), *flights(json.dumps(WEAK), (10,))]):
+        paths.append(tmp_path / f"{k}.parquet")
+        f.table.to_parquet(paths[-1])
+    out = tmp_path / "x.json"
+    found = run("compare", QUADROTOR, paths[2], "--reference", *paths[:2], "--json", out)
+    assert found.exit_code == 0, found.output
+    assert "beside 2 healthy flights" in found.output
+    content = json.loads(out.read_text())
+    healthy = [f["bias"]["fz"] for f in content["reference"]["flights"]]
+    assert abs(content["bias"]["fz"]) > 10 * max(map(abs, healthy))

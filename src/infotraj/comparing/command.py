@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from infotraj.errors import InputError, UsageError, problem
-from infotraj.options import accept_option, command_steps_option
+from infotraj.options import Several, accept_option, command_steps_option
 
 THRESHOLD_PASSED = 4
 
@@ -17,6 +17,13 @@ THRESHOLD_PASSED = 4
 @click.argument("model", type=click.Path(path_type=Path))
 @click.argument("flights", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="FLIGHT...")
 @click.option("--against", multiple=True, type=click.Path(path_type=Path), help="Another model; may stand repeatedly.")
+@click.option(
+    "--reference",
+    cls=Several,
+    type=click.Path(path_type=Path),
+    metavar="HEALTHY...",
+    help="Healthy flights of the same vehicle, whose errors stand beside.",
+)
 @click.option("--horizons", help="Rollouts: steps or seconds, such as 1,10,0.5s.")
 @click.option("--window", type=click.FloatRange(min=0, min_open=True), help="Of the filter, s; default 0.15.")
 @click.option(
@@ -41,6 +48,7 @@ def compare_command(
     model: Path,
     flights: tuple[Path, ...],
     against: tuple[Path, ...],
+    reference: tuple[Path, ...],
     horizons: str | None,
     window: float | None,
     force_from: str,
@@ -86,32 +94,38 @@ def compare_command(
             )
         return one
 
-    let_in = files.admitted(
-        flights,
-        models[str(model)].vehicle,
-        use,
-        skip_rejected=skip_rejected,
-        command_steps=command_steps,
-        accept=accept,
-        start=start,
-        stop=stop,
-    )
-    used, parts = let_in.flights, let_in.found
-    comparison = Comparison(
-        tuple(str(f.meta["source"]) for f in used),
-        tuple(used),
-        tuple(
-            type(first)(
-                first.name,
-                first.model,
-                tuple(p.models[k].errors[0] for p in parts),
-                tuple(p.models[k].rollouts[0] for p in parts) if wanted else (),
-            )
-            for k, first in enumerate(parts[0].models)
-        ),
-    )
+    def compared(paths):
+        let_in = files.admitted(
+            paths,
+            models[str(model)].vehicle,
+            use,
+            skip_rejected=skip_rejected,
+            command_steps=command_steps,
+            accept=accept,
+            start=start,
+            stop=stop,
+        )
+        used, parts = let_in.flights, let_in.found
+        together = Comparison(
+            tuple(str(f.meta["source"]) for f in used),
+            tuple(used),
+            tuple(
+                type(first)(
+                    first.name,
+                    first.model,
+                    tuple(p.models[k].errors[0] for p in parts),
+                    tuple(p.models[k].rollouts[0] for p in parts) if wanted else (),
+                )
+                for k, first in enumerate(parts[0].models)
+            ),
+        )
+        return let_in, used, together
+
+    let_in, used, comparison = compared(flights)
+    healthy = compared(reference)[2] if reference else None
     if json_file is not None:
-        files.write_json(summary.as_dict(comparison), json_file)
+        content = summary.as_dict(comparison)
+        files.write_json(content | ({"reference": summary.healthy_dict(healthy)} if healthy else {}), json_file)
     if figures is not None:
         from infotraj.plots.comparison import comparison_figures
 
@@ -125,6 +139,8 @@ def compare_command(
         record_comparison(recording, used[k], comparison.models[0].model, comparison.models[0].errors[k])
         _say(quiet, f"{recording}: {comparison.paths[k]}")
     click.echo(summary.as_text(comparison, verbose=verbose), nl=False)
+    if healthy is not None:
+        click.echo(summary.beside(comparison, healthy), nl=False)
     files.say_unmet(accept, let_in.codes)
     said = thresholds.passed(comparison.models[0], limits)
     for sentence in said:

@@ -126,6 +126,40 @@ def _table_of(model: Compared, flights: int) -> str:
     return "\n".join(lines)
 
 
+def healthy_dict(healthy: Comparison) -> dict[str, Any]:
+    """Errors of the healthy flights for JSON: paths, and by flight and axis the RMSE and the bias."""
+    first = healthy.models[0]
+    every = [first.of_flight(k) for k in range(len(healthy.paths))]
+    return {
+        "flights": [
+            {"path": path, "rmse": by_axis(s.rmse), "bias": by_axis(s.bias)}
+            for path, s in zip(healthy.paths, every, strict=True)
+        ]
+    }
+
+
+def beside(comparison: Comparison, healthy: Comparison) -> str:
+    """The first model's errors beside those of healthy flights, an axis a row: how far each is from what is usual."""
+    now = comparison.models[0].overall
+    every = [healthy.models[0].of_flight(k) for k in range(len(healthy.paths))]
+    rmse, bias = np.array([s.rmse for s in every]), np.array([s.bias for s in every])
+    head = f"beside {len(every)} healthy flight{'s' * (len(every) != 1)}"
+    lines = [
+        head,
+        f"{'axis':<6}{'RMSE':>10}{'healthy, least to most':>26}{'bias':>11}{'healthy +- from flight to flight':>35}",
+    ]
+    for k, axis in enumerate(AXES):
+        if not np.isfinite(now.rmse[k]) or not np.isfinite(rmse[:, k]).any():
+            lines.append(f"{axis:<6}{'cannot be said':>20}")
+            continue
+        low, high = np.nanmin(rmse[:, k]), np.nanmax(rmse[:, k])
+        own = bias[np.isfinite(bias[:, k]), k]
+        spread = f"{np.std(own, ddof=1):.2g}" if len(own) > 1 else "?"
+        usual = f"{np.mean(own):.3g} +- {spread}"
+        lines.append(f"{axis:<6}{now.rmse[k]:>10.4g}{f'{low:.4g} to {high:.4g}':>26}{now.bias[k]:>11.3g}{usual:>28}")
+    return "\n".join(lines) + "\n"
+
+
 def _percent(share: float) -> str:
     """A share explained; far below nothing the digits say no more."""
     if not math.isfinite(share):

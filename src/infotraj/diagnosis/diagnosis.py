@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -119,11 +119,12 @@ def diagnose(
     seed: int = 0,
     start: float | None = None,
     stop: float | None = None,
-    reference: Sequence[Flight] = (),
+    reference: Sequence[Flight] | Healthy = (),
 ) -> Diagnosis:
     """Which effects of the catalogue `model` lacks on these flights.
 
-    reference: healthy flights of the same vehicle; what is asked then is which effects differ from them.
+    reference: healthy flights of the same vehicle, or what `learn` made of them; what is asked then is which effects
+    differ from them.
     effects_from: files or folders with the user's own effects. matters: rise of the squared error, in units of the
     floor, below which an effect is negligible. start, stop: s, the part of every flight to use. InputError where a
     flight cannot be used.
@@ -131,13 +132,17 @@ def diagnose(
     catalog = catalogue(effects_from)
     vehicle = model.vehicle
     flights = [for_vehicle(f, vehicle) for f in flights]
-    healthy = _learned(model, reference, list(catalog), catalog, start, stop) if reference else None
+    healthy: Healthy | None = None
+    if isinstance(reference, Healthy):
+        healthy = reference
+    elif reference:
+        healthy = learn(model, reference, effects_from=effects_from, start=start, stop=stop)
     held = held_members(model, flights[0]) if healthy is None else ()
     seen = flights if healthy is None else [as_level(f) for f in flights]
     known, hidden = candidates(catalog, vehicle, seen)
     taken = {m.candidate.label for m in held}
     doubts = premises.doubts(model, flights, start, stop)
-    observation = replace(observe(model, seen, start, stop, _CLEAR if reference else 0.0), healthy=healthy)
+    observation = replace(observe(model, seen, start, stop, _CLEAR if healthy is not None else 0.0), healthy=healthy)
     model = model if healthy is None else observation.model([])
     if healthy is not None:
         balance = healthy.balance | observation.balance | _balanced(model, seen, start, stop)
@@ -199,15 +204,19 @@ def diagnose(
     )
 
 
-def _learned(
+def learn(
     model: Model,
     reference: Sequence[Flight],
-    names: list[str],
-    catalog: Mapping[str, type[Effect]],
-    start: float | None,
-    stop: float | None,
+    *,
+    effects_from: Iterable[str | Path] = (),
+    start: float | None = None,
+    stop: float | None = None,
 ) -> Healthy:
-    """What healthy flights say of every number of the model. InputError where nothing can be judged on them."""
+    """What healthy flights say of every number of the model. InputError where nothing can be judged on them.
+
+    start, stop: s, the part of every flight to use.
+    """
+    catalog = catalogue(effects_from)
     flights = [for_vehicle(f, model.vehicle) for f in reference]
     held = held_members(model, flights[0])
     seen = [as_level(f) for f in flights]
@@ -221,7 +230,7 @@ def _learned(
         usual = linearised(replace(observation, balance=balance), held, every)
         return learned(around_usual(usual, every), flights, 1.0)
     taken = {m.candidate.label for m in held}
-    search, whole, _ = _searched(observation, held, doubts, names, known, hidden, taken)
+    search, whole, _ = _searched(observation, held, doubts, list(catalog), known, hidden, taken)
     if not search.known:
         why = next(iter(refused_axes(doubts).values()), "no effect can be tested on them")
         raise InputError(problem(f"the healthy flights: {why}", "flights that can be judged", "Choose others."))

@@ -1,0 +1,69 @@
+"""Target `what_changed`: real flights with a known change against the vehicle's healthy ones. On request only."""
+
+WHAT_CHANGED = "config/studies/what_changed.yaml"
+
+
+rule what_changed_group:
+    input:
+        study=WHAT_CHANGED,
+    output:
+        answers="results/what_changed/{group}.json",
+    log:
+        "results/logs/what_changed/{group}.log",
+    benchmark:
+        "results/benchmarks/what_changed/{group}.tsv"
+    wildcard_constraints:
+        group="controller_data|motor_data",
+    threads: 1
+    resources:
+        mem_mb=1500,
+    params:
+        code=code("what_changed"),
+        settings=settings("data_dir"),
+    script:
+        "../scripts/what_changed_group.py"
+
+
+rule what_changed:
+    input:
+        study=WHAT_CHANGED,
+        answers=expand("results/what_changed/{group}.json", group=("controller_data", "motor_data")),
+    output:
+        table="results/what_changed/table.csv",
+        markdown="results/what_changed/table.md",
+        pdf="results/what_changed/confusion.pdf",
+        png=report(
+            "results/what_changed/confusion.png",
+            category="Real flights",
+            caption="../report/what_changed.rst",
+            labels={"data set": "CrazyPAD", "what": "what changed"},
+        ),
+    log:
+        "results/logs/what_changed/table.log",
+    benchmark:
+        "results/benchmarks/what_changed/table.tsv"
+    threads: 1
+    resources:
+        mem_mb=500,
+    params:
+        code=code("what_changed"),
+    script:
+        "../scripts/what_changed.py"
+
+
+rule publish_what_changed:
+    input:
+        table=rules.what_changed.output.markdown,
+        png=rules.what_changed.output.png,
+    output:
+        table="docs/results/what_changed.md",
+        png="docs/results/what_changed.png",
+    log:
+        "results/logs/publish_what_changed.log",
+    benchmark:
+        "results/benchmarks/publish_what_changed.tsv"
+    threads: 1
+    resources:
+        mem_mb=100,
+    shell:
+        "(cp {input.table} {output.table} && cp {input.png} {output.png}) 2> {log}"
