@@ -52,9 +52,8 @@ class Study(_Strict):
 
 
 def read_study(path: str | Path) -> Study:
-    """The study's file. InputError where its data are not here."""
-    study = Study.model_validate(yaml.safe_load(Path(path).read_text()))
-    return study
+    """The study's file."""
+    return Study.model_validate(yaml.safe_load(Path(path).read_text()))
 
 
 def answer_group(study: str | Path, group: str, data_dir: str | Path | None, output: str | Path) -> None:
@@ -149,6 +148,12 @@ def said(told: Mapping[str, Any]) -> str:
     return name
 
 
+def _groups(found: Sequence[Mapping[str, Any]]) -> list[str]:
+    """What was told, a sentence a group."""
+    groups = dict.fromkeys(tuple(t["group"]) for t in found)
+    return [" or ".join(said(t) for t in found if tuple(t["group"]) == g) for g in groups]
+
+
 def write_what_changed(
     study: str | Path, answers: Sequence[str | Path], table: str | Path, markdown: str | Path, *figures: str | Path
 ) -> None:
@@ -162,7 +167,7 @@ def write_what_changed(
             "group": a["group"], "condition": a["condition"], "log": a["log"], "judged": judged(a, asked),
             "doubtful": a["condition"] == asked.healthy and a["log"] in asked.doubtful,
             "found": "; ".join("|".join(g) for g in dict.fromkeys(tuple(t["group"]) for t in a["found"])),
-            "said": "; ".join(said(t) for t in a["found"]), "refused": a["refused"],
+            "said": "; ".join(_groups(a["found"])), "refused": a["refused"],
             "rotor": weak[0]["parameters"]["rotor"] + 1 if weak else None,
             "change": change(weak[0]) if weak else None,
             "size": asked.conditions[a["condition"]].size if a["condition"] in asked.conditions else None,
@@ -173,7 +178,7 @@ def write_what_changed(
     for (group, condition), part in made.groupby(["group", "condition"], sort=True):
         count = part["judged"].value_counts()
         counts = ", ".join(f"{n} {word}" for word, n in count.items())
-        words = "; ".join(f"{s or 'nothing'}" for s in part["said"])
+        words = " / ".join(s or "nothing" for s in part["said"])
         cells.append([group, condition, counts, words])
     header = ["logs", "what was done", "of the flights", "answered, flight by flight"]
     text = typeset.markdown(header, cells)

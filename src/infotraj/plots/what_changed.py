@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from infotraj.plots import style
 
-_ANSWERS = ("nothing", "rotor M3", "another rotor", "mass, place or trim", "thrust of all", "other", "refused")
+_ANSWERS = ("nothing", "rotor M3", "another rotor", "place or trim", "mass or all thrust", "other", "refused")
 _TRIM = {"com_offset", "steady_torque", "mass_offset", "suspended_load", "steady_force"}
 _THRUST = {"thrust_scale", "battery_sag", "thrust_exponent"}
 
@@ -55,8 +55,8 @@ def _answer(row: pd.Series) -> str:
     if "rotor_effectiveness" in names:
         return "rotor M3" if row["rotor"] == 3 else "another rotor"
     if names & _TRIM and not names & _THRUST:
-        return "mass, place or trim"
-    return "thrust of all" if names & _THRUST else "other"
+        return "place or trim"
+    return "mass or all thrust" if names & _THRUST else "other"
 
 
 def _words(condition: str) -> str:
@@ -72,4 +72,4 @@ def _sizes(panel: Axes, made: pd.DataFrame) -> None:
     panel.axhline(0.0, color=style.GREY, lw=0.8)
     panel.set_xlabel("cut off M3's propeller (mm)")
     panel.set_ylabel("thrust of M3 (%)")
-    panel.legend(loc="lower left")
+    panel.legend(loc="upper right", bbox_to_anchor=(1.0, 0.97))
