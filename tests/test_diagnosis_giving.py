@@ -52,7 +52,9 @@ def drag_on(sizes):
     at = places(candidate, VEHICLE)
     columns = tuple(Column(candidate, i, p.scale, 0.0, -np.inf, np.inf) for i, p in enumerate(at))
     linear = Linear(
-        SimpleNamespace(vehicle=VEHICLE, command_step=0.005),
+        SimpleNamespace(
+            vehicle=VEHICLE, command_step=0.005, healthy=None, scatter={}, base=lambda c: c.absent(VEHICLE)
+        ),
         (Member(candidate, candidate.absent(VEHICLE)),),
         columns,
         (Choice("linear_drag", (0, 1, 2), 3.0),),

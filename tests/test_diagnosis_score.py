@@ -23,7 +23,7 @@ def scorer(r, s, names, spike=None, low=-np.inf, high=np.inf, price=3.0):
     p = s.shape[1]
     choices = [Choice(n, (i,), price) for i, n in enumerate(names)]
     bounds = np.broadcast_to(low, p).astype(float), np.broadcast_to(high, p).astype(float)
-    return Scorer(sums_of(r, s), choices, (), np.zeros(p) if spike is None else np.array(spike), *bounds)
+    return Scorer(sums_of(r, s), choices, (), np.diag(np.square(np.zeros(p) if spike is None else spike)), *bounds)
 
 
 def test_the_score_is_the_marginal_likelihood():

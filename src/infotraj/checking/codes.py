@@ -30,7 +30,7 @@ CHECKED = (
 # Of `diagnose`: why it refuses axes, in the order of docs/diagnosis.md (response_before_command is check's too).
 REFUSED = (
     "hovers", "actuators_constant", "actuators_sparse", "commands_unrelated", "wrong_vehicle_file", "axis_unexplained",
-    "axis_disagrees",
+    "axis_disagrees", "rotor_saturated",
 )  # fmt: skip
 CODES = CHECKED + REFUSED
 # Where nothing could be read there is nothing to go on with.
