@@ -34,7 +34,6 @@ class Condition(_Strict):
     rotor: int | None = Field(None, description="which rotor, where the name is of one")
     toward: tuple[float, float] | None = Field(None, description="x, y: where a centre of mass moves")
     size: float | None = Field(None, description="mm cut off")
-    may: bool = Field(False, description="whether it may change nothing that can be told")
 
 
 class Study(_Strict):
