@@ -70,7 +70,9 @@ class Flight:
                     "Add them to the log or to its mapping.",
                 )
             )
-        return self.table[list(columns)].to_numpy(dtype=float)
+        # Column by column: selecting them together copies through an index, which is many times slower.
+        found = [self.table[c].to_numpy(dtype=float) for c in columns]
+        return np.stack(found, axis=1) if found else np.zeros((len(self.table), 0))
 
     def numbered(self, prefix: str) -> Array:
         """Columns prefix0, prefix1, ... as (n, count); count is 0 where there are none."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from infotraj.checking.acceptance import accepted_in
 from infotraj.comparing.equation_error import AXES
-from infotraj.comparing.statistics import Statistics
+from infotraj.comparing.statistics import Statistics, statistics
 from infotraj.diagnosis.gates import premises, refusal
 from infotraj.diagnosis.gates.doubt import Doubt, as_accepted, of_residual, once, refused_axes, with_mixed
 from infotraj.diagnosis.gates.level import as_level
@@ -176,7 +176,8 @@ def diagnose(
     chosen = [m for m in final.members if not m.held and m.candidate.name in supported]
     added = [*(m for m in final.members if m.held), *chosen] if chosen else list(held)
     after_model = observation.model(added) if chosen else model
-    before = refusal.errors(model, seen, start, stop)
+    as_given = refusal.compared(model, seen, start, stop)
+    before = statistics(as_given)
     after = refusal.errors(after_model, seen, start, stop) if chosen else before
     # With the healthy numbers as they are a change would be as sure as if they were known.
     told = final if healthy is None or not set(final.labels) <= set(whole.labels) else whole
@@ -188,7 +189,7 @@ def diagnose(
         left,
         doubts,
         refused,
-        refusal.coherence(model, seen, start, stop),
+        refusal.coherence(as_given),
         before,
         after,
         after_model,

@@ -73,19 +73,26 @@ class SuspendedLoad(Effect):
         return path.start, step, _swing(force, step, self.length, -up)
 
 
+@njit(cache=True)
 def _between(states: Array, place: Array, step: float) -> tuple[Array, Array]:
     """q and q' at fractional steps `place` (N,): the quintic that has value, slope and curvature at both ends."""
-    k = np.clip(place.astype(int), 0, len(states) - 2)
-    u = np.clip(place - k, 0.0, 1.0)[:, None]
-    a, b = states[k], states[k + 1]
-    c0, c1, c2 = a[:, 0], a[:, 1] * step, 0.5 * a[:, 2] * step**2
-    d0 = b[:, 0] - c0 - c1 - c2
-    d1 = b[:, 1] * step - c1 - 2 * c2
-    d2 = 0.5 * b[:, 2] * step**2 - c2
-    c3, c4, c5 = 10 * d0 - 4 * d1 + d2, -15 * d0 + 7 * d1 - 2 * d2, 6 * d0 - 3 * d1 + d2
-    q = c0 + u * (c1 + u * (c2 + u * (c3 + u * (c4 + u * c5))))
-    q_dot = (c1 + u * (2 * c2 + u * (3 * c3 + u * (4 * c4 + u * 5 * c5)))) / step
-    return q / np.linalg.norm(q, axis=1, keepdims=True), q_dot
+    q, q_dot = np.empty((len(place), 3)), np.empty((len(place), 3))
+    for n in range(len(place)):
+        k = min(max(int(place[n]), 0), len(states) - 2)
+        u = min(max(place[n] - k, 0.0), 1.0)
+        a, b = states[k], states[k + 1]
+        size = 0.0
+        for i in range(3):
+            c0, c1, c2 = a[0, i], a[1, i] * step, 0.5 * a[2, i] * step**2
+            d0 = b[0, i] - c0 - c1 - c2
+            d1 = b[1, i] * step - c1 - 2 * c2
+            d2 = 0.5 * b[2, i] * step**2 - c2
+            c3, c4, c5 = 10 * d0 - 4 * d1 + d2, -15 * d0 + 7 * d1 - 2 * d2, 6 * d0 - 3 * d1 + d2
+            q[n, i] = c0 + u * (c1 + u * (c2 + u * (c3 + u * (c4 + u * c5))))
+            q_dot[n, i] = (c1 + u * (2 * c2 + u * (3 * c3 + u * (4 * c4 + u * 5 * c5)))) / step
+            size += q[n, i] * q[n, i]
+        q[n] /= np.sqrt(size)
+    return q, q_dot
 
 
 @njit(cache=True)
@@ -93,25 +100,49 @@ def _swing(force, step, length, first):
     """Runge-Kutta of fourth order; force (2 m + 1, 3) at full and half steps."""
     count = (len(force) + 1) // 2
     out = np.empty((count, 3, 3))
-    q, v = first.copy(), np.zeros(3)
+    q, v = (first[0], first[1], first[2]), (0.0, 0.0, 0.0)
     for n in range(count):
         a1 = _acceleration(q, v, force[2 * n], length)
-        out[n, 0], out[n, 1], out[n, 2] = q, v, a1
+        for i in range(3):
+            out[n, 0, i], out[n, 1, i], out[n, 2, i] = q[i], v[i], a1[i]
         if n == count - 1:
             break
-        q2, v2 = q + 0.5 * step * v, v + 0.5 * step * a1
+        q2, v2 = _moved(q, v, 0.5 * step), _moved(v, a1, 0.5 * step)
         a2 = _acceleration(q2, v2, force[2 * n + 1], length)
-        q3, v3 = q + 0.5 * step * v2, v + 0.5 * step * a2
+        q3, v3 = _moved(q, v2, 0.5 * step), _moved(v, a2, 0.5 * step)
         a3 = _acceleration(q3, v3, force[2 * n + 1], length)
-        q4, v4 = q + step * v3, v + step * a3
+        q4, v4 = _moved(q, v3, step), _moved(v, a3, step)
         a4 = _acceleration(q4, v4, force[2 * n + 2], length)
-        q = q + step / 6 * (v + 2 * v2 + 2 * v3 + v4)
-        v = v + step / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
-        q = q / np.sqrt(np.dot(q, q))
-        v = v - np.dot(q, v) * q
+        q = _moved(q, _mean(v, v2, v3, v4), step)
+        v = _moved(v, _mean(a1, a2, a3, a4), step)
+        size = np.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2])
+        q = (q[0] / size, q[1] / size, q[2] / size)
+        along = q[0] * v[0] + q[1] * v[1] + q[2] * v[2]
+        v = _moved(v, q, -along)
     return out
 
 
 @njit(cache=True)
+def _moved(x, by, factor):
+    return (x[0] + factor * by[0], x[1] + factor * by[1], x[2] + factor * by[2])
+
+
+@njit(cache=True)
+def _mean(a, b, c, d):
+    """Their mean, those in the middle twice."""
+    return (
+        (a[0] + 2 * b[0] + 2 * c[0] + d[0]) / 6,
+        (a[1] + 2 * b[1] + 2 * c[1] + d[1]) / 6,
+        (a[2] + 2 * b[2] + 2 * c[2] + d[2]) / 6,
+    )
+
+
+@njit(cache=True)
 def _acceleration(q, v, f, length):
-    return -np.dot(v, v) * q - (f - np.dot(q, f) * q) / length
+    fast = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
+    along = q[0] * f[0] + q[1] * f[1] + q[2] * f[2]
+    return (
+        -fast * q[0] - (f[0] - along * q[0]) / length,
+        -fast * q[1] - (f[1] - along * q[1]) / length,
+        -fast * q[2] - (f[2] - along * q[2]) / length,
+    )

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numba import njit
 
 from infotraj.effects.base import Load
 from infotraj.effects.laws import BodyLaw
@@ -16,10 +17,22 @@ from infotraj.rotations import Array
 
 
 def cross(a: Array, b: Array) -> Array:
-    """a x b for (..., 3), without numpy's overhead for short vectors."""
-    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
-    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
-    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
+    """a x b for (N, 3) or (3,), without numpy's overhead for short vectors."""
+    if a.ndim == b.ndim == 1:
+        return _cross(a[None], b[None])[0]
+    return _cross(np.atleast_2d(a), np.atleast_2d(b))
+
+
+@njit(cache=True)
+def _cross(a, b):
+    count = max(len(a), len(b))
+    out = np.empty((count, 3))
+    for n in range(count):
+        i, j = min(n, len(a) - 1), min(n, len(b) - 1)
+        out[n, 0] = a[i, 1] * b[j, 2] - a[i, 2] * b[j, 1]
+        out[n, 1] = a[i, 2] * b[j, 0] - a[i, 0] * b[j, 2]
+        out[n, 2] = a[i, 0] * b[j, 1] - a[i, 1] * b[j, 0]
+    return out
 
 
 def angular_acceleration(law: BodyLaw, force: Array, torque: Array, rate: Array) -> Array:

@@ -41,7 +41,7 @@ class Timeline:
         return self._summed(values, self.lagged)
 
     def _summed(self, values: Array, weight: Array) -> Array:
-        total = np.add.reduceat(values * weight[:, None], self.row, axis=0)
+        total = _sums(values, weight, self.row)
         total[-1] = np.nan
         return total
 
@@ -56,6 +56,18 @@ def timeline(rows: Array, jumps: Array, lag: float = 0.0) -> Timeline:
     basis = np.linalg.inv(np.vander(places, increasing=True)).T.copy()
     given = np.ascontiguousarray(rows, dtype=float), np.ascontiguousarray(jumps, dtype=float)
     return Timeline(*_timeline(*given, places, weights / 2, lag, basis))
+
+
+@njit(cache=True)
+def _sums(values, weight, first):
+    """Weighted sums of values (N, c) from each of the places `first` (n,) to the next, (n, c)."""
+    count, columns = len(first), values.shape[1]
+    out = np.zeros((count, columns))
+    for k in range(count):
+        for i in range(first[k], first[k + 1] if k + 1 < count else len(values)):
+            for j in range(columns):
+                out[k, j] += values[i, j] * weight[i]
+    return out
 
 
 @njit(cache=True)

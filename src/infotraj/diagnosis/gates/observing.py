@@ -11,7 +11,7 @@ from infotraj.diagnosis.gates.premises import command_step
 from infotraj.diagnosis.linear.observation import Observation
 from infotraj.diagnosis.linear.sums import blocks
 from infotraj.diagnosis.measure.residual import FlightSamples, flight_samples
-from infotraj.diagnosis.noise.spectra import spectra, transforms
+from infotraj.diagnosis.noise.spectra import binned, spectra, transforms
 from infotraj.errors import InputError, problem
 from infotraj.flight import Flight
 from infotraj.models import Model
@@ -29,7 +29,7 @@ def observe(
     empty = [[np.zeros((len(c.last), 3, 1)) for c in s.channels] for s in samples]
     step = max(command_step(f, model.vehicle) for f in flights)
     sideways, balance = (frozenset().union(*x) for x in zip(*map(unmeasured, flights), strict=True))
-    cut = blocks(spectra(samples, by, empty))
+    cut = blocks(spectra(samples, by, binned(by, empty)))
     return Observation(model.vehicle, samples, by, cut, frozenset(sideways), step, balance=frozenset(balance))
 
 

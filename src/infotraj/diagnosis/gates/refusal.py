@@ -18,9 +18,14 @@ HALF_EXPLAINED = 0.5  # the same where healthy flights tell what is usual: the r
 _ABOVE_FLOOR = 3.0  # an error that near the floor is small, whatever it explains
 
 
+def compared(model: Model, flights: Sequence[Flight], start: float | None, stop: float | None) -> list[EquationError]:
+    """Equation errors of a model, flight by flight."""
+    return [equation_error(model, f, start=start, stop=stop) for f in flights]
+
+
 def errors(model: Model, flights: Sequence[Flight], start: float | None, stop: float | None) -> Statistics:
     """Equation error of a model over all flights, axis by axis."""
-    return statistics([equation_error(model, f, start=start, stop=stop) for f in flights])
+    return statistics(compared(model, flights, start, stop))
 
 
 def unanswered(
@@ -36,7 +41,7 @@ def unanswered(
     What is explained is what goes with the prediction: an error that is as large as the measured side, as rotors 1 %
     different make it where a vehicle turns gently, is no disagreement. least: share that is enough.
     """
-    made = [equation_error(model, f, start=start, stop=stop) for f in flights]
+    made = compared(model, flights, start, stop)
     after = statistics(made)
     found = {}
     for i, axis in enumerate(AXES):
@@ -56,9 +61,8 @@ def unanswered(
     return list(found.values())
 
 
-def coherence(model: Model, flights: Sequence[Flight], start: float | None, stop: float | None) -> Array:
-    """Share (6,) of the measured force and torque that goes with the model's prediction; NaN where one is missing."""
-    made = [equation_error(model, f, start=start, stop=stop) for f in flights]
+def coherence(made: Sequence[EquationError]) -> Array:
+    """Share (6,) of the measured force and torque that goes with a model's prediction; NaN where one is missing."""
     shown = [any(e.scored[:, i].any() for e in made) for i in range(6)]
     return np.array([_going_with(made, i) if shown[i] else np.nan for i in range(6)])
 

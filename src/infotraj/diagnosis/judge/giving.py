@@ -16,7 +16,7 @@ import numpy as np
 from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.linear.candidates import places
 from infotraj.diagnosis.linear.observation import Member, Observation
-from infotraj.diagnosis.noise.spectra import spectra
+from infotraj.diagnosis.noise.spectra import binned, spectra
 from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.prior import Scales
 from infotraj.diagnosis.select.score import Solution
@@ -121,7 +121,7 @@ def _left(made: Fit, each: Array | None) -> Array:
             raw = replace(o, samples=(samples,)).raw(model)
             if raw is None:
                 return np.full(len(axes), np.inf)
-            for s in spectra([samples], [turns], [[x[:, :, None] for x in raw[0]]]):
+            for s in spectra([samples], [turns], binned([turns], raw)):
                 own = s.band < linear.weights.slow(s.axis)
                 if fold is not None:
                     own &= o.blocks.fold[o.blocks.at(number, s.time)] == fold

@@ -18,7 +18,7 @@ from infotraj.comparing.floor import white_noise
 from infotraj.diagnosis.judge.features import BIN, bins, memory, named, random_features
 from infotraj.diagnosis.linear.observation import Observation
 from infotraj.diagnosis.linear.sums import WINDOW
-from infotraj.diagnosis.noise.spectra import BANDS, Spectrum, spectra
+from infotraj.diagnosis.noise.spectra import BANDS, Spectrum, binned, spectra
 from infotraj.diagnosis.select.search import Fit
 from infotraj.models.interpolation import interpolate
 from infotraj.models.recorded import Samples
@@ -282,7 +282,7 @@ def _rises(whole: Fit, left: list[list[Array]], predicted: list[list[Array]]) ->
     rest = [[a - b for a, b in zip(x, y, strict=True)] for x, y in zip(left, predicted, strict=True)]
     joint = [[np.stack([a, b], axis=2) for a, b in zip(x, y, strict=True)] for x, y in zip(left, rest, strict=True)]
     found: dict[str, list[tuple[Spectrum, Array]]] = {}
-    for s in spectra(o.samples, o.transforms, joint):
+    for s in spectra(o.samples, o.transforms, binned(o.transforms, joint)):
         found.setdefault(s.axis, []).append((s, weights.coherence[weights.axes.index(s.axis)][s.band]))
     out = {}
     for axis, parts in found.items():

@@ -41,8 +41,8 @@ class Choice:
 class Sensitivities:
     """Columns around a model.
 
-    members: columns of each member; choices: absent candidates; joint: the residual and all columns, one (m, 3, 1 + p)
-    a channel of a flight.
+    members: columns of each member; choices: absent candidates; joint: the residual and all columns over the bins of
+    the transform, one (bins, 3, 1 + p) a channel of a flight.
     """
 
     members: tuple[tuple[int, ...], ...]
@@ -100,18 +100,16 @@ def _joint(observation, effects, models, choices) -> list[list[Array]]:
         # Columns are per usual size, whatever the step of the secant.
         factor[list(choice.columns)] *= choice.scale
     out = []
-    for s in observation.samples:
+    for s, turns in zip(observation.samples, observation.transforms, strict=True):
         base = s.residual(Model(observation.vehicle, effects))
-        joint = [np.empty((len(b), 3, 1 + len(models))) for b in base]
-        for part, b in zip(joint, base, strict=True):
-            part[:, :, 0] = b
+        columns = [[turn.binned(b)] for turn, b in zip(turns, base, strict=True)]
         for k, (moved, _) in enumerate(models):
             try:
                 with np.errstate(all="ignore"):
                     residual = s.residual(Model(observation.vehicle, moved))
             except InputError:
                 residual = base
-            for part, b, r in zip(joint, base, residual, strict=True):
-                part[:, :, 1 + k] = np.nan_to_num((b - r) * factor[k])
-        out.append(joint)
+            for own, turn, b, r in zip(columns, turns, base, residual, strict=True):
+                own.append(turn.binned(np.nan_to_num((b - r) * factor[k])))
+        out.append([np.stack(own, axis=2) for own in columns])
     return out

@@ -135,14 +135,14 @@ def gathered(found: Sequence[Spectrum], weights: Weights, cut: Blocks) -> Sums:
         for b in np.unique(block):
             rows = block == b
             gram[a, b][at] += x[rows].T @ x[rows]
-            f = int(np.searchsorted(folds, cut.fold[b]))
-            below = rows & (s.band < weights.slow(s.axis))
+            lasted = len(np.unique(s.time[rows])) * (seconds if np.isfinite(seconds) else 1.0)
+            windows[a, b] += lasted / WINDOW
+        for f, fold in enumerate(folds):
+            below = (cut.fold[block] == fold) & (s.band < weights.slow(s.axis))
             part = s.values[np.ix_(below, moves)]
             plain[a, f][at] += part.T @ part
             slow[a, f] += below.sum()
             if s.axis not in silent:
                 trusted = part * np.sqrt(weights.coherence[a, s.band[below]])[:, None]
                 believed[a, f][at] += trusted.T @ trusted
-            lasted = len(np.unique(s.time[rows])) * (seconds if np.isfinite(seconds) else 1.0)
-            windows[a, b] += lasted / WINDOW
     return Sums(gram, plain, believed, slow, windows, axes, cut.fold, cut.flight)

@@ -54,16 +54,25 @@ class Lapped:
 
     def __call__(self, values: Array) -> Array:
         """Coefficients (n, 3, c) of samples (m, 3, c); differences become slopes, in their unit per second."""
-        out = np.empty((len(self.frequency), *values.shape[1:]))
-        place = 0
+        return self.turned(self.binned(values))
+
+    def binned(self, values: Array) -> Array:
+        """Samples (m, 3, ...) over the bins of all stretches, (bins, 3, ...): fewer by what a bin holds."""
+        parts = [_binned(s, self.channel.difference, values[s.first : s.stop]) for s in self.stretches]
+        return np.concatenate(parts) if parts else np.zeros((0, *values.shape[1:]))
+
+    def turned(self, binned: Array) -> Array:
+        """Coefficients (n, 3, c) of what `binned` made, (bins, 3, c)."""
+        out = np.empty((len(self.frequency), *binned.shape[1:]))
+        place = first = 0
         for s in self.stretches:
-            binned = _binned(s, self.channel.difference, values[s.first : s.stop])
             hop, count = _frames(s.count, s.width)
             turn = _cosines(hop)
             for k in range(count):
-                part = binned[k * hop : (k + 2) * hop]
+                part = binned[first + k * hop : first + (k + 2) * hop]
                 out[place : place + hop] = np.tensordot(turn, part, (1, 0))
                 place += hop
+            first += s.count
         return out
 
 
@@ -112,14 +121,15 @@ def _frames(bins: int, width: float) -> tuple[int, int]:
 
 
 def _binned(s: Stretch, difference: bool, values: Array) -> Array:
-    """Values over bins (n, 3, c): means of levels; of differences the slopes from mean to mean of their running sums.
+    """Values over bins (n, 3, ...): means of levels; of differences the slopes from mean to mean of their running sums.
 
     So noise of single samples is averaged before it is differenced. Empty bins lie on a straight line.
     """
-    size = np.diff(np.append(s.starts, len(values))).astype(float)[:, None, None]
+    beside = (-1, *(1,) * (values.ndim - 1))
+    size = np.diff(np.append(s.starts, len(values))).astype(float).reshape(beside)
     if difference:
         level = np.add.reduceat(np.cumsum(values, axis=0), s.starts, axis=0) / size
-        value = (level[s.kept] - level[s.kept - 1]) / (s.time[s.kept] - s.time[s.kept - 1])[:, None, None]
+        value = (level[s.kept] - level[s.kept - 1]) / (s.time[s.kept] - s.time[s.kept - 1]).reshape(beside)
     else:
         value = (np.add.reduceat(values, s.starts, axis=0) / size)[s.kept]
     filled = s.bin[s.kept]
@@ -127,7 +137,7 @@ def _binned(s: Stretch, difference: bool, values: Array) -> Array:
         return value
     after = np.clip(np.searchsorted(filled, np.arange(s.count)), 1, len(filled) - 1)
     a, b = filled[after - 1], filled[after]
-    share = ((np.arange(s.count) - a) / (b - a))[:, None, None]
+    share = ((np.arange(s.count) - a) / (b - a)).reshape(beside)
     return value[after - 1] * (1 - share) + value[after] * share
 
 

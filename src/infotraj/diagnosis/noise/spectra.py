@@ -75,14 +75,20 @@ def transforms(samples: Sequence[FlightSamples]) -> list[list[Lapped]]:
     return [[lapped(s, c) for c in s.channels] for s in samples]
 
 
+def binned(by: Sequence[Sequence[Lapped]], raw: Sequence[Sequence[Array]]) -> list[list[Array]]:
+    """Residuals of all flights, one (m, 3) or (m, 3, c) a channel, as `spectra` takes them."""
+    found = [[turn.binned(x) for turn, x in zip(*pair, strict=True)] for pair in zip(by, raw, strict=True)]
+    return [[x if x.ndim == 3 else x[:, :, None] for x in flight] for flight in found]
+
+
 def spectra(
     samples: Sequence[FlightSamples], by: Sequence[Sequence[Lapped]], joint: Sequence[Sequence[Array]]
 ) -> list[Spectrum]:
-    """Residual and columns, one (m, 3, 1 + p) a channel of a flight, as coefficients axis by axis."""
+    """Residual and columns, one (bins, 3, 1 + p) a channel of a flight, as coefficients axis by axis."""
     out = []
     for number, (s, transform, flight) in enumerate(zip(samples, by, joint, strict=True)):
         for place, (c, turn, x) in enumerate(zip(s.channels, transform, flight, strict=True)):
-            values = turn(x)
+            values = turn.turned(x)
             side = s.prepared.kept.get("measured coefficients", place, partial(_measured, s, c, turn))
             band = np.clip(np.searchsorted(EDGES, turn.frequency, side="right") - 1, 0, BANDS - 1)
             for i, axis in enumerate(c.axes):
@@ -154,14 +160,16 @@ def _by_band(found, axes, second, width):
     count, side = np.zeros((len(axes), BANDS)), np.zeros((len(axes), BANDS))
     for s, own in zip(found, second, strict=True):
         a = axes.index(s.axis)
-        x = s.weighted(own)
-        moves = np.flatnonzero(np.any(x != 0.0, axis=0))
-        for b in range(BANDS):
-            rows = s.band == b
-            part = x[np.ix_(rows, moves)]
-            gram[a, b][np.ix_(moves, moves)] += part.T @ part
-            count[a, b] += own[rows].sum()
-            side[a, b] += np.inf if s.measured is None else float(own[rows] @ s.measured[rows] ** 2)
+        order = np.argsort(s.band, kind="stable")
+        ends = np.searchsorted(s.band[order], np.arange(BANDS + 1))
+        moves = np.flatnonzero(np.any(s.values != 0.0, axis=0))
+        at = np.ix_(moves, moves)
+        x, weight = s.weighted(own)[np.ix_(order, moves)], own[order]
+        square = None if s.measured is None else weight * s.measured[order] ** 2
+        for b, rows in enumerate(map(slice, ends[:-1], ends[1:])):
+            gram[a, b][at] += x[rows].T @ x[rows]
+            count[a, b] += weight[rows].sum()
+            side[a, b] += np.inf if square is None else square[rows].sum()
     return gram, count, side
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from infotraj.diagnosis.linear.candidates import Candidate
 from infotraj.diagnosis.linear.observation import Member, Observation
-from infotraj.diagnosis.noise.spectra import spectra
+from infotraj.diagnosis.noise.spectra import binned, spectra
 from infotraj.diagnosis.select.around import Linear, linearised
 from infotraj.diagnosis.select.prior import FILE, SCALES, SLAB, Scales
 from infotraj.diagnosis.select.score import Scorer, Solution
@@ -180,7 +180,7 @@ class Search:
         raw = o.raw(o.model(point))
         if raw is None:
             return float("inf")
-        found = spectra(o.samples, o.transforms, [[x[:, :, None] for x in flight] for flight in raw])
+        found = spectra(o.samples, o.transforms, binned(o.transforms, raw))
         return float(sum(np.sum(s.weighted(like.weights.of(k, s)) ** 2) for k, s in enumerate(found)))
 
     def _say(self, now: Linear, chosen: tuple[int, ...], scales: Scales, solution: Solution) -> None:

@@ -10,9 +10,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.linalg import cho_factor, cho_solve
 
 from infotraj.diagnosis.linear.candidates import Candidate, Variant, places, read, variants, written
-from infotraj.diagnosis.noise.spectra import spectra
+from infotraj.diagnosis.noise.spectra import binned, spectra
 from infotraj.diagnosis.select.around import Linear, linearised
 from infotraj.diagnosis.select.prior import SLAB, Scales
 from infotraj.errors import InputError
@@ -68,8 +69,8 @@ def _scanned(now: Linear, candidate: Candidate, shape: int) -> Variant | None:
     )
     spike = np.sqrt(np.diag(now.prior(Scales(1.0))))[others]
     deviation = np.where(spike > 0, spike, SLAB)
-    gram = fixed[:, 1:].T @ fixed[:, 1:] + np.diag(deviation**-2.0)
-    rest = fixed[:, 0] - fixed[:, 1:] @ np.linalg.solve(gram, fixed[:, 1:].T @ fixed[:, 0])
+    others_gram = cho_factor(fixed[:, 1:].T @ fixed[:, 1:] + np.diag(deviation**-2.0))
+    rest = fixed[:, 0] - fixed[:, 1:] @ cho_solve(others_gram, fixed[:, 1:].T @ fixed[:, 0])
 
     def gain(value: float) -> float:
         start = own[0].start.copy()
@@ -80,10 +81,9 @@ def _scanned(now: Linear, candidate: Candidate, shape: int) -> Variant | None:
             after = s.residual(base.with_effects(written(candidate, at, start)))
         except InputError:
             return 0.0
-        joint = [[(b - a)[:, :, None] for a, b in zip(after, before, strict=True)]]
-        of_one = spectra([s], [turns], joint)
+        of_one = spectra([s], [turns], binned([turns], [[b - a for a, b in zip(after, before, strict=True)]]))
         x = np.concatenate([p.values[r, 0] * w for p, r, w in zip(of_one, rows, weight, strict=True)])
-        left = x - fixed[:, 1:] @ np.linalg.solve(gram, fixed[:, 1:].T @ x)
+        left = x - fixed[:, 1:] @ cho_solve(others_gram, fixed[:, 1:].T @ x)
         along, size = left @ rest, left @ x
         return float(along * max(along, 0.0) / size) if size > 0 else 0.0
 
