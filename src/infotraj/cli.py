@@ -20,6 +20,7 @@ COMMANDS = {
     "diagnose": ("infotraj.diagnosis.report.command:diagnose_command", "Which physical effect a model lacks."),
     "add": ("infotraj.diagnosis.report.command:add_command", "Add effects to a model, fitted to flights."),
     "history": ("infotraj.diagnosis.report.command:history_command", "How the error fell, version by version."),
+    "design": ("infotraj.design.command:design_command", "The flight that tells most next."),
     "effects": ("infotraj.effects.command:effects_command", "The catalogue of physical effects."),
     "data": ("infotraj.datasets.command:data_command", "Get or list public data sets."),
 }

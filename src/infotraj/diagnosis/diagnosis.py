@@ -173,7 +173,8 @@ def diagnose(
             break
         findings = demoted
     final, findings = made.fit, _with_held_back(findings, made)
-    chosen = [m for m in final.members if not m.held and m.candidate.name in supported]
+    there = [m for m in final.members if m.candidate.label not in made.absent]
+    chosen = [m for m in there if not m.held and m.candidate.name in supported]
     added = [*(m for m in final.members if m.held), *chosen] if chosen else list(held)
     after_model = observation.model(added) if chosen else model
     as_given = refusal.compared(model, seen, start, stop)

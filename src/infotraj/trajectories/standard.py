@@ -52,7 +52,7 @@ def flat(t: Array, place: Array, yaw: Array, gravity: float = 9.81) -> Reference
 _HEIGHT = np.array([0.0, 0.0, 1.4])  # m, of the middle of most paths
 
 
-def _window(t: Array, rise: float = 2.0) -> Array:
+def window(t: Array, rise: float = 2.0) -> Array:
     """From 0 to 1 and back, four times differentiable: rate and torque of a flat vehicle begin and end at 0."""
     u = np.clip(np.minimum(t, t[-1] - t) / rise, 0.0, 1.0)
     return u**5 * (126 - 420 * u + 540 * u**2 - 315 * u**3 + 70 * u**4)
@@ -62,7 +62,7 @@ def _wave(t: Array, size: float, pulse: float, rng: np.random.Generator) -> Arra
     """Two sines of about `pulse` and twice `pulse` (rad/s), of random phase, from rest to rest."""
     a, b = rng.uniform(0, 2 * np.pi, 2)
     slow, fast = pulse * rng.uniform(0.85, 1.15), pulse * rng.uniform(1.8, 2.3)
-    return _window(t) * size * (np.sin(slow * t + a) + 0.3 * np.sin(fast * t + b)) / 1.1
+    return window(t) * size * (np.sin(slow * t + a) + 0.3 * np.sin(fast * t + b)) / 1.1
 
 
 def _angles(t: Array, extent: Extent, rng: np.random.Generator, share: float = 1.0, yaw: float = 0.8) -> tuple:
@@ -76,7 +76,7 @@ def _eight(t: Array, extent: Extent, rng: np.random.Generator) -> Pose:
     x = a * np.sin(pulse * t + phase)
     y = 0.5 * a * np.sin(2 * (pulse * t + phase))
     z = 0.35 * extent.size * np.sin(0.83 * pulse * t + rng.uniform(0, 2 * np.pi))
-    place = _window(t)[:, None] * np.stack([x, y, z], axis=1) + _HEIGHT
+    place = window(t)[:, None] * np.stack([x, y, z], axis=1) + _HEIGHT
     return place, *_angles(t, extent, rng)
 
 
@@ -85,7 +85,7 @@ def _helix(t: Array, extent: Extent, rng: np.random.Generator) -> Pose:
     radius = extent.size * rng.uniform(0.7, 0.9)
     around = pulse * t * rng.choice([-1.0, 1.0]) + phase
     z = 0.6 * extent.size * np.sin(0.37 * pulse * t)
-    place = _window(t)[:, None] * np.stack([radius * np.cos(around), radius * np.sin(around), z], axis=1)
+    place = window(t)[:, None] * np.stack([radius * np.cos(around), radius * np.sin(around), z], axis=1)
     return place + _HEIGHT, *_angles(t, extent, rng, yaw=1.2)
 
 
@@ -99,7 +99,7 @@ def _low(t: Array, extent: Extent, rng: np.random.Generator) -> Pose:
     x = _wave(t, extent.size, pulse, rng)
     y = _wave(t, extent.size, 0.8 * pulse, rng)
     # four descents to the lowest height in 16 s
-    z = extent.low + 0.45 * (1.0 + np.cos(2 * np.pi * 0.25 * t)) + 0.4 * (1.0 - _window(t))
+    z = extent.low + 0.45 * (1.0 + np.cos(2 * np.pi * 0.25 * t)) + 0.4 * (1.0 - window(t))
     return np.stack([x, y, z], axis=1), *_angles(t, extent, rng, share=0.35)
 
 
@@ -159,7 +159,7 @@ def _fast_lemniscate(t: Array, extent: Extent, rng: np.random.Generator) -> Pose
 
 def _travelled(t: Array, pulse: float) -> Array:
     """Angle (rad) after speeding up to `pulse` (rad/s) and before slowing down again."""
-    rates = pulse * _window(t, _SPEEDING_UP)
+    rates = pulse * window(t, _SPEEDING_UP)
     return np.concatenate([[0.0], np.cumsum(0.5 * (rates[1:] + rates[:-1]) * np.diff(t))])
 
 

@@ -45,15 +45,48 @@ class Evidence:
     form_error: float = 0.0
 
 
-def evidence(whole: Fit, label: str, rng: np.random.Generator) -> Evidence:
-    """Evidence for one effect of a fitted set: the set as it is against the set without any of the effect's numbers."""
+def evidence(whole: Fit, label: str, rng: np.random.Generator, rest: Fit | None = None) -> Evidence:
+    """Evidence for one effect of a fitted set: the set as it is against the set without any of the effect's numbers.
+
+    rest: the set without it, fitted by itself. It is needed of an effect that is not linear in its numbers: what a
+    derivative says of the model without it may be wrong by any amount.
+    """
     linear = whole.linear
-    rest = tuple(i for i in whole.chosen if linear.choices[i].label != label)
-    nats = whole.solution.score - float(whole.scorer.scores([rest])[0])
     mine = [i for i, c in enumerate(linear.columns) if c.candidate.label == label]
-    without = whole.scorer.beside(rest, whole.solution.each, mine)
-    spread = overdispersion(whole)[0]
-    return _against(whole, without, whole.solution.each, nats / spread, mine, rng)
+    chosen = tuple(i for i in whole.chosen if linear.choices[i].label != label)
+    each = whole.solution.each
+    if rest is None:
+        nats = whole.solution.score - float(whole.scorer.scores([chosen])[0])
+        without = _Left.of(whole, whole.scorer.beside(chosen, each, mine))
+    else:
+        nats = whole.solution.score - rest.solution.score
+        without = _Left.of(rest, rest.scorer.beside(rest.chosen, _translated(whole, each, rest)))
+    return _against(whole, without, _Left.of(whole, each), nats / overdispersion(whole)[0], mine, rng)
+
+
+def _translated(whole: Fit, each: Array, rest: Fit) -> Array:
+    """Numbers (folds, p) of one fit in the columns of another, by label and place; its own where there are none."""
+    known: dict[tuple[str, int], int] = {}
+    for i, c in enumerate(whole.linear.columns):
+        known.setdefault((c.candidate.label, c.place), i)
+    out = rest.solution.each.copy()
+    for i, c in enumerate(rest.linear.columns):
+        if (c.candidate.label, c.place) in known and out[:, i].any():
+            out[:, i] = each[:, known[c.candidate.label, c.place]]
+    return out
+
+
+@dataclass(frozen=True)
+class _Left:
+    """What a model leaves: weighted squared error (axes, blocks), mean squares (axes,) of what goes with the motion."""
+
+    error: Array
+    believed: Array
+
+    @classmethod
+    def of(cls, made: Fit, theta: Array) -> _Left:
+        """With numbers theta (folds, p), each fold under its own."""
+        return cls(made.error(theta), made.linear.absent.believed_error(theta))
 
 
 def evidence_of_absent(whole: Fit, choice: int, rng: np.random.Generator) -> Evidence:
@@ -62,24 +95,26 @@ def evidence_of_absent(whole: Fit, choice: int, rng: np.random.Generator) -> Evi
     nats = float(whole.scorer.scores([chosen])[0]) - whole.solution.score
     added = whole.scorer.solution(chosen)
     mine = list(whole.linear.choices[choice].columns)
-    return _against(whole, whole.solution.each, added.each, nats / overdispersion(whole)[0], mine, rng, added.theta)
+    without, with_it = _Left.of(whole, whole.solution.each), _Left.of(whole, added.each)
+    return _against(whole, without, with_it, nats / overdispersion(whole)[0], mine, rng, added.theta)
 
 
 def _against(
-    whole: Fit, out: Array, kept: Array, nats: float, mine: Sequence[int], rng, theta: Array | None = None
+    whole: Fit, out: _Left, kept: _Left, nats: float, mine: Sequence[int], rng, theta: Array | None = None
 ) -> Evidence:
     sums = whole.linear.absent
-    lost, left = whole.error(out), whole.error(kept)
+    lost, left = out.error, kept.error
     draws = resampled(sums.flight, rng)
     a, b = draws @ lost.sum(axis=0), draws @ left.sum(axis=0)
     change = (b - a) / np.maximum(a, 1e-300)
     better = [bool(left[:, sums.fold == f].sum() < lost[:, sums.fold == f].sum()) for f in np.unique(sums.fold)]
-    takes = sums.believed_error(out) - sums.believed_error(kept)
-    floor = np.maximum(sums.believed_error(kept), 1e-300)
+    takes = out.believed - kept.believed
+    floor = np.maximum(kept.believed, 1e-300)
     rise = np.maximum((lost - left).sum(axis=1) / np.maximum(sums.windows.sum(axis=1), 1), takes / floor)
     # What other numbers do on an axis meanwhile is not this effect's doing.
     rise = np.where(acts(sums, mine), rise, 0.0)
-    explained = sums.believed_error(np.broadcast_to(whole.scorer.given, kept.shape)) - sums.believed_error(kept)
+    given = np.broadcast_to(whole.scorer.given, whole.solution.each.shape)
+    explained = sums.believed_error(given) - kept.believed
     share = np.where((rise > 0.0) & (explained > 0.0), takes / np.maximum(explained, 1e-300), 0.0)
     total = float(lost.sum())
     return Evidence(
@@ -115,18 +150,25 @@ def rise_beside(whole: Fit, chosen: tuple[int, ...], mine: Sequence[int]) -> flo
     return float(rise[acts(sums, mine)].max(initial=0.0))
 
 
-def takes_half(whole: Fit, label: str) -> bool:
+def takes_half(whole: Fit, label: str, rest: Fit | None = None) -> bool:
     """Whether the set takes half of the error off an axis, beside the file as it is, and without this effect does not.
 
-    On flights that were not fitted.
+    On flights that were not fitted. rest: the set without it, fitted by itself; as for `evidence`.
     """
     linear = whole.linear
-    scorer = linear.scorer(Scales(0.0), [m for m in linear.point if m.held])
-    rest = tuple(i for i in whole.chosen if linear.choices[i].label != label)
-    every = linear.absent.plain_error(scorer.solution(whole.chosen).each)
+    chosen = tuple(i for i in whole.chosen if linear.choices[i].label != label)
+    every = _beside_the_file(whole, whole.chosen)
+    without = _beside_the_file(whole, chosen) if rest is None else _beside_the_file(rest, rest.chosen)
     ignored = linear.observation.ignored
     moves = np.array([refusal.axis_group(a) is not None and a not in ignored for a in linear.sums.axes])
-    return bool(np.any((every < _HALF**2 * linear.absent.plain_error(scorer.solution(rest).each))[moves]))
+    return bool(np.any((every < _HALF**2 * without)[moves]))
+
+
+def _beside_the_file(made: Fit, chosen: tuple[int, ...]) -> Array:
+    """Plain mean squared error (axes,) of a set beside the file as it is, on flights that were not fitted."""
+    linear = made.linear
+    scorer = linear.scorer(Scales(0.0), [m for m in linear.point if m.held])
+    return linear.absent.plain_error(scorer.solution(chosen).each)
 
 
 def resampled(flight: NDArray, rng: np.random.Generator, count: int = RESAMPLES) -> Array:

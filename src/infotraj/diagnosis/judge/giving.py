@@ -3,7 +3,9 @@
 Numbers are fitted beside the file as it is, as far as they can take along what the file is off by; where an axis would
 be predicted worse for that they stay as found beside the file's own errors. A number with which an axis is still
 predicted worse stays absent where it spoils more than it mends: what a wrong file has cancelled by chance on one axis
-is no reason against a number that takes most of the error off another.
+is no reason against a number that takes most of the error off another. An effect that stays absent as a whole is no
+less sure where no axis is predicted worse with it beside the file as these flights correct it: then the file has to be
+corrected first.
 """
 
 from __future__ import annotations
@@ -30,11 +32,12 @@ _LEAST = 1e-4  # of an axis' squared error: what changes less does not act on it
 @dataclass(frozen=True)
 class Given:
     """The fit of the model that is given. lost: labels of effects of which no number is left, and why; held_back: the
-    same for effects of which some numbers stay absent."""
+    same for effects of which numbers stay absent though they are sure; absent: of these, those without any number."""
 
     fit: Fit
     lost: dict[str, str] = field(default_factory=dict)
     held_back: dict[str, str] = field(default_factory=dict)
+    absent: frozenset[str] = frozenset()
 
 
 def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
@@ -55,7 +58,16 @@ def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
     pruned = _pruned(made)
     left = {m.candidate.label for m in pruned.fit.members if _as_before(m, search.observation)}
     nothing = "the model that predicts best beside the file as it is has nothing of it"
-    return replace(pruned, lost={label: nothing for label in labels if label in left} | pruned.lost)
+    lost = {label: nothing for label in labels if label in left} | pruned.lost
+    if (
+        not lost
+        or not inside
+        or search.observation.healthy is not None
+        or _shares(whole, corrected=True).max() > _WORSE
+    ):
+        return replace(pruned, lost=lost)
+    first = {k: f"{why}: correct the file's numbers first, beside them no axis is worse" for k, why in lost.items()}
+    return replace(pruned, lost={}, held_back=pruned.held_back | first, absent=frozenset(lost))
 
 
 def _as_before(m: Member, observation: Observation) -> bool:
@@ -93,14 +105,17 @@ def _at(made: Fit, theta: Array, each: Array) -> Fit:
     return replace(made, linear=replace(linear, point=point), solution=solution)
 
 
-def _shares(made: Fit, each: Array | None = None) -> Array:
-    """Root mean square error (axes,) on flights not fitted, as a share of that of the model as given; 0 of nothing."""
+def _shares(made: Fit, each: Array | None = None, corrected: bool = False) -> Array:
+    """Root mean square error (axes,) on flights not fitted, as a share of that of the model as given; 0 of nothing.
+
+    corrected: with the file's numbers as they were found, too.
+    """
     before = _left(made, None)
-    after = _left(made, made.solution.each if each is None else each)
+    after = _left(made, made.solution.each if each is None else each, corrected)
     return np.where(before > 0, np.sqrt(after / np.maximum(before, 1e-300)), 0.0)
 
 
-def _left(made: Fit, each: Array | None) -> Array:
+def _left(made: Fit, each: Array | None, corrected: bool = False) -> Array:
     """Mean square (axes,) of the slow coefficients of every fold under the numbers that were fitted without it.
 
     each (folds, p); None: the model as given. The model is computed as it is, not made linear: a product of what the
@@ -113,7 +128,8 @@ def _left(made: Fit, each: Array | None) -> Array:
     for k, fold in enumerate(folds):
         members = [m for m in linear.point if m.held] if made.held is None else list(made.held)
         if each is not None:
-            members = list(linear.members(made.chosen, each[k], shift=np.inf))
+            shift = 0.0 if corrected else np.inf
+            members = list(linear.members(made.chosen, each[k], shift=shift, straight=corrected))
         model = o.model(members)
         for number, (samples, turns) in enumerate(zip(o.samples, o.transforms, strict=True)):
             if fold is not None and fold not in o.blocks.fold[o.blocks.flight == number]:

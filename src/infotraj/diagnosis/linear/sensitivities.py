@@ -85,8 +85,12 @@ def sensitivities(
                 columns.append(len(models))
                 models.append(([*effects, effect], size))
             choices.append(_choice(variant, tuple(columns), vehicle))
-    joint = _joint(observation, effects, models, choices)
-    return Sensitivities(tuple(map(tuple, of_members)), tuple(choices), joint)
+    factor = np.array([1.0 / step for _, step in models])
+    for choice in choices:
+        # Columns are per usual size, whatever the step of the secant.
+        factor[list(choice.columns)] *= choice.scale
+    changed = [(moved, f) for (moved, _), f in zip(models, factor, strict=True)]
+    return Sensitivities(tuple(map(tuple, of_members)), tuple(choices), columns_of(observation, effects, changed))
 
 
 def _choice(variant: Variant, columns: tuple[int, ...], vehicle: Vehicle) -> Choice:
@@ -94,22 +98,24 @@ def _choice(variant: Variant, columns: tuple[int, ...], vehicle: Vehicle) -> Cho
     return Choice(variant, columns, np.array([at[i].scale for i, _, _ in variant.points]))
 
 
-def _joint(observation, effects, models, choices) -> list[list[Array]]:
-    factor = np.array([1.0 / step for _, step in models])
-    for choice in choices:
-        # Columns are per usual size, whatever the step of the secant.
-        factor[list(choice.columns)] *= choice.scale
+def columns_of(
+    observation: Observation, effects: Sequence[Effect], changed: Sequence[tuple[Sequence[Effect], float]]
+) -> list[list[Array]]:
+    """The residual of the vehicle with `effects`, and what it loses with each changed set of effects, times a factor.
+
+    Over the bins of the transform, one (bins, 3, 1 + p) a channel of a flight.
+    """
     out = []
     for s, turns in zip(observation.samples, observation.transforms, strict=True):
         base = s.residual(Model(observation.vehicle, effects))
         columns = [[turn.binned(b)] for turn, b in zip(turns, base, strict=True)]
-        for k, (moved, _) in enumerate(models):
+        for moved, factor in changed:
             try:
                 with np.errstate(all="ignore"):
                     residual = s.residual(Model(observation.vehicle, moved))
             except InputError:
                 residual = base
             for own, turn, b, r in zip(columns, turns, base, residual, strict=True):
-                own.append(turn.binned(np.nan_to_num((b - r) * factor[k])))
+                own.append(turn.binned(np.nan_to_num((b - r) * factor)))
         out.append([np.stack(own, axis=2) for own in columns])
     return out

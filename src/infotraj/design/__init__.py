@@ -1,0 +1,1 @@
+"""Flight design: which flight tells most next, given what the flights so far have told."""

@@ -1,0 +1,236 @@
+"""Designs the next flight: many candidate motions are tried on paper, the best are varied, the winner is simulated.
+
+A search by drawing and varying (cross-entropy method: Rubinstein 1999): a candidate costs one evaluation of its
+columns, no flight. What is asked of it is either an open question of the diagnosis, a pair of effects, or a number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from infotraj.design.expected import Limits, expected, limits
+from infotraj.design.paths import Room, calmer, drawn, path, varied
+from infotraj.design.questions import Asked, determined, everything, open_questions, separated
+from infotraj.design.simulation import Simulated, simulated
+from infotraj.design.worth import Gram, Question
+from infotraj.diagnosis.diagnosis import Diagnosis
+from infotraj.diagnosis.judge.groups import AS_PROBABLE
+from infotraj.diagnosis.linear.observation import Observation
+from infotraj.errors import InputError, problem
+from infotraj.flight import POSITION, Flight
+from infotraj.models import Model
+from infotraj.rotations import Array
+from infotraj.trajectories.reference import Reference
+
+CANDIDATES = 60
+_ROUNDS, _KEPT, _SPREAD = 2, 4, 0.12  # how often the best are varied, how many, by how much
+_CALMER = 0.8  # the size of a motion that asked too much is reduced by this
+_TRIES = 8
+_EVERY = 2  # rows of a candidate that are looked at: 50 Hz, and all that is believed is slower than 20 Hz
+_INSIDE = 0.02  # of a rotor's range that stays in reserve for what a controller adds
+_AT_LIMIT = 0.02  # of the time at most, in simulation
+_BESIDE = 0.25  # m from the box, at most, in simulation
+
+
+@dataclass(frozen=True)
+class Told:
+    """What a flight would tell of one question: probability that it is decided, now, after another flight like the
+    last flown, and after the design; or an effect's standard errors at the same three times."""
+
+    words: str
+    now: float | None = None
+    again: float | None = None
+    after: float | None = None
+    numbers: tuple[str, ...] = ()
+    errors_now: tuple[float, ...] = ()
+    errors_again: tuple[float, ...] = ()
+    errors_after: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Design:
+    """The reference, what it would tell, and what the vehicle does along it.
+
+    inputs (n, rotors); limits: of the rotors; room; flown: in simulation, None where that is not possible and why.
+    """
+
+    reference: Reference
+    told: tuple[Told, ...]
+    inputs: Array
+    limits: Limits
+    room: Room
+    flown: Simulated | None
+    not_flown: str
+    tried: int
+
+
+@dataclass(frozen=True)
+class _Tried:
+    genes: Array
+    reference: Reference
+    flight: Flight
+    value: float
+
+
+def room_of(
+    flown: Sequence[Flight], size: Sequence[float], seconds: float, speed: float, tilt: float, model: Model
+) -> Room:
+    """A box of this size (m) around the middle of what was flown; where no position was logged, around 0, 0, 1.5 m."""
+    places = [f.get(*POSITION) for f in flown if f.has(*POSITION)]
+    center = np.array([0.0, 0.0, 1.5])
+    if places:
+        every = np.concatenate(places)
+        center = np.nanmean([np.nanpercentile(every, q, axis=0) for q in (2, 98)], axis=0)
+    v = model.vehicle
+    return Room(np.array(size, dtype=float), center, seconds, speed, tilt, bool(v.tilts), v.gravity)
+
+
+def design(
+    found: Diagnosis,
+    flown: Sequence[Flight],
+    room: Room,
+    *,
+    separate: tuple[str, str] | None = None,
+    determine: str | None = None,
+    candidates: int = CANDIDATES,
+    seed: int = 0,
+    progress: Callable[[int, int], None] = lambda done, of: None,
+) -> Design:
+    """The flight in `room` that tells most next, given the diagnosis of the flights flown.
+
+    separate: two effects to be told apart; determine: one whose numbers are to be narrowed; by default what the
+    diagnosis left open, and where nothing is open all numbers. UsageError, InputError: see `questions`; InputError
+    where no motion keeps the rotors in their limits.
+    """
+    if not found.judged or not found.search.known:
+        why = next(iter(found.refused.values()), "no effect can be tested on these flights")
+        raise InputError(problem(f"nothing could be judged: {why}", "flights that can be", "Mend the log or the file."))
+    asked = [separated(found, *separate)] if separate else [] if determine else open_questions(found)
+    questions = [a.question for a in asked] or [determined(found, determine) if determine else everything(found)]
+    model = found.search.observation.model(list(questions[0].first.members))
+    bound = limits(model.vehicle, list(flown))
+    rng, draws = np.random.default_rng([seed, 0]), np.random.default_rng([seed, 1])
+
+    def value(grams: list[Gram]) -> float:
+        if asked:
+            return min(q.told_apart(g, np.random.default_rng(seed))[1] for q, g in zip(questions, grams, strict=True))
+        q, g = questions[0], grams[0]
+        if determine is None:
+            return q.information(g)
+        label = _label_of(q, determine)
+        now, after, _ = q.errors_after(g, label)
+        return -float(np.mean(np.log(np.maximum(after, 1e-300) / np.maximum(now, 1e-300))))
+
+    def grams_of(flight: Flight) -> list[Gram]:
+        thin = Flight(flight.table.iloc[::_EVERY].reset_index(drop=True), flight.meta)
+        return [q.gram(q.observed(thin)) for q in questions]
+
+    best: list[_Tried] = []
+    for k in range(candidates):
+        fresh = k < candidates // (_ROUNDS + 1) or not best
+        genes = drawn(room, rng) if fresh else varied(best[k % len(best)].genes, _SPREAD, rng)
+        made = _within(model, genes, room, bound, flown[-1])
+        worth = value(grams_of(made.flight)) if made is not None else -np.inf
+        if made is not None and np.isfinite(worth):
+            best = sorted([*best, replace(made, value=worth)], key=lambda x: -x.value)[:_KEPT]
+        progress(k + 1, candidates)
+    if not best:
+        what = "no motion in this room keeps the rotors within their limits"
+        raise InputError(problem(what, "room to move, and rotors that can more than hover", "Give a larger --box."))
+    chosen, sim, why = _flyable(model, best, room, bound, flown[-1])
+    grams = grams_of(chosen.flight)
+    again = [q.gram(_last(found)) for q in questions]
+    if asked:
+        told = tuple(
+            Told(a.words, _now(a), q.told_apart(b, draws)[0], q.told_apart(g, draws)[0])
+            for a, q, g, b in zip(asked, questions, grams, again, strict=True)
+        )
+    else:
+        told = tuple(_numbers(questions[0], grams[0], again[0], determine))
+    inputs = np.stack([chosen.flight.get(c)[:, 0] for c in _rotor_columns(chosen.flight)], axis=1)
+    return Design(chosen.reference, told, inputs, bound, room, sim, why, candidates)
+
+
+def _within(model: Model, genes: Array, room: Room, bound: Limits, like: Flight) -> _Tried | None:
+    """A motion that the rotors can fly, made calmer until they can; None if never."""
+    for _ in range(_TRIES):
+        reference = path(room, genes)
+        flight = expected(model, reference, like)
+        columns = _rotor_columns(flight)
+        inputs = np.stack([flight.get(c)[:, 0] for c in columns], axis=1) if columns else np.zeros((0, 0))
+        if not model.vehicle.rotors or bound.passed(inputs) <= -_INSIDE:
+            return _Tried(genes, reference, flight, -np.inf)
+        genes = calmer(room, genes, _CALMER)
+    return None
+
+
+def _flyable(
+    model: Model, best: list[_Tried], room: Room, bound: Limits, like: Flight
+) -> tuple[_Tried, Simulated | None, str]:
+    """The best motion, made calmer until a simulated vehicle flies it within its limits and its room.
+
+    Where the simulation cannot say, or no calmer one does, the motion as it is, and why.
+    """
+    low, high = room.center - room.size / 2 - _BESIDE, room.center + room.size / 2 + _BESIDE
+    one, why = best[0], ""
+    for k in range(_TRIES):
+        try:
+            sim = simulated(model, one.reference, bound)
+        except InputError as error:
+            return one, None, str(error)
+        if sim is None:
+            return one, None, "the vehicle file has no rotors, mass or inertia: nothing could be simulated"
+        inside = bool(np.all((sim.position >= low) & (sim.position <= high)))
+        why = "" if inside else "in simulation it leaves the room"
+        if sim.at_limit > _AT_LIMIT:
+            why = f"in simulation a rotor is at its limit for {sim.at_limit:.0%} of the time"
+        if not why:
+            return one, sim, ""
+        # The next best first, then calmer ones of it.
+        next_best = best[k + 1] if k + 1 < len(best) else None
+        made = next_best or _within(model, calmer(room, one.genes, _CALMER), room, bound, like)
+        if made is None:
+            break
+        one = made
+    return one, sim, why
+
+
+def _last(found: Diagnosis) -> Observation:
+    """The last of the flown flights alone."""
+    o = found.search.observation
+    return replace(o, samples=o.samples[-1:], transforms=o.transforms[-1:])
+
+
+def _now(a: Asked) -> float:
+    """Whether the odds pass already."""
+    return float(abs(a.question.odds) >= AS_PROBABLE)
+
+
+def _label_of(question: Question, name: str) -> str:
+    labels = [label for label, _ in question.first.keys]
+    plain = name.replace(":", " ")
+    return next(x for x in labels if x == plain or x.split()[0] == plain)
+
+
+def _numbers(question: Question, gram: Gram, again: Gram, determine: str | None) -> list[Told]:
+    chosen = [x for x in question.first.fit.labels if determine is None or x == _label_of(question, determine)]
+    out = []
+    for label in chosen:
+        now, after, at = question.errors_after(gram, label)
+        _, repeated, _ = question.errors_after(again, label)
+        column = next(c for c in question.first.fit.linear.columns if c.candidate.label == label)
+        places = [
+            p for p in column.candidate.form for _ in range(p.count(question.first.fit.linear.observation.vehicle))
+        ]
+        names = tuple(f"{label}.{places[k].name}, {places[k].unit}" for k in at)
+        out.append(Told(label, None, None, None, names, tuple(now), tuple(repeated), tuple(after)))
+    return out
+
+
+def _rotor_columns(flight: Flight) -> list[str]:
+    prefix = "cmd_rotor_" if flight.has("cmd_rotor_0") else "rotor_"
+    count = flight.numbered(prefix).shape[1]
+    return [f"{prefix}{i}" for i in range(count)]

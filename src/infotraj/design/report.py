@@ -1,0 +1,83 @@
+"""What a design says, for people and for programs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from infotraj.design.design import Design, Told
+
+
+def as_text(made: Design, output: str) -> str:
+    """What the flight is, what it will tell, and what stands against it."""
+    r = made.reference
+    size = " x ".join(f"{x:.3g}" for x in np.ptp(r.position, axis=0))
+    speed, turn = np.linalg.norm(r.velocity, axis=1).max(), np.linalg.norm(r.rate, axis=1).max()
+    lines = [
+        f"{output}: {r.t[-1] - r.t[0]:.0f} s within {size} m, at most {speed:.2g} m/s and {turn:.2g} rad/s; "
+        f"the best of {made.tried} motions"
+    ]
+    if made.inputs.size and np.isfinite(made.limits.high).all():
+        share = (made.inputs - made.limits.low) / (made.limits.high - made.limits.low)
+        lines.append(f"rotors: {share.min():.0%} to {share.max():.0%} of the range between least and greatest input")
+    lines += [line for t in made.told for line in _told(t)]
+    if made.flown is not None and not made.not_flown:
+        lines.append(f"simulated with the model as found: {made.flown.away(r):.2g} m from the reference at most")
+    if made.not_flown:
+        lines.append(f"warning: {made.not_flown}")
+    return "\n".join(lines) + "\n"
+
+
+def _told(t: Told) -> list[str]:
+    if t.after is not None and t.again is not None:
+        now = " (it is told already)" if t.now else ""
+        return [
+            f"after it {t.words} will be told with {_probability(t.after)} probability, "
+            f"after another flight like the last one with {_probability(t.again)}{now}"
+        ]
+    rows = zip(t.numbers, t.errors_now, t.errors_again, t.errors_after, strict=True)
+    return [
+        f"{name}: standard error {now:.2g} now, {after:.2g} after it, "
+        f"{again:.2g} after another flight like the last one"
+        for name, now, again, after in rows
+    ]
+
+
+def _probability(x: float) -> str:
+    return "more than 99 %" if x > 0.99 else "less than 1 %" if x < 0.01 else f"{100 * x:.0f} %"
+
+
+def as_dict(made: Design, output: str) -> dict[str, Any]:
+    """The same for programs. Probabilities and standard errors: now, after a flight like the last one, after this."""
+    r = made.reference
+    return {
+        "reference": output,
+        "seconds": float(r.t[-1] - r.t[0]),
+        "room": {"size": made.room.size.tolist(), "center": made.room.center.tolist()},
+        "greatest": {
+            "speed": float(np.linalg.norm(r.velocity, axis=1).max()),
+            "rate": float(np.linalg.norm(r.rate, axis=1).max()),
+            "input": made.inputs.max(axis=0).tolist() if made.inputs.size else [],
+        },
+        "told": [
+            {
+                "question": t.words,
+                "decided": None if t.after is None else {"now": t.now, "again": t.again, "after": t.after},
+                "numbers": [
+                    {"name": n, "standard_error": {"now": a, "again": b, "after": c}}
+                    for n, a, b, c in zip(t.numbers, t.errors_now, t.errors_again, t.errors_after, strict=True)
+                ],
+            }
+            for t in made.told
+        ],
+        "simulated": None
+        if made.flown is None
+        else {"from_reference": _finite(made.flown.away(r)), "at_limit": made.flown.at_limit},
+        "warning": made.not_flown or None,
+        "tried": made.tried,
+    }
+
+
+def _finite(x: float) -> float | None:
+    return float(x) if np.isfinite(x) else None
