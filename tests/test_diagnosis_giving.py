@@ -26,7 +26,7 @@ FLIGHTS = 4
 def _linear(monkeypatch):
     """These fits have no flights: their sums say what is left."""
 
-    def left(made, each):
+    def left(made, each, corrected=False):
         sums = made.linear.absent
         return sums.plain_error(np.zeros((FLIGHTS, sums.width)) if each is None else each)
 

@@ -60,7 +60,8 @@ def evidence(whole: Fit, label: str, rng: np.random.Generator, rest: Fit | None 
         without = _Left.of(whole, whole.scorer.beside(chosen, each, mine))
     else:
         nats = whole.solution.score - rest.solution.score
-        without = _Left.of(rest, rest.scorer.beside(rest.chosen, _translated(whole, each, rest)))
+        own = [i for i, c in enumerate(rest.linear.columns) if c.candidate.label == label]
+        without = _Left.of(rest, rest.scorer.beside(rest.chosen, _translated(whole, each, rest), own))
     return _against(whole, without, _Left.of(whole, each), nats / overdispersion(whole)[0], mine, rng)
 
 
