@@ -157,3 +157,26 @@ def test_errors_stand_beside_those_of_healthy_flights(tmp_path):
     content = json.loads(out.read_text())
     healthy = [f["bias"]["fz"] for f in content["reference"]["flights"]]
     assert abs(content["bias"]["fz"]) > 10 * max(map(abs, healthy))
+
+
+def test_places_stand_beside_the_error_of_healthy_flights_there(tmp_path):
+    paths = []
+    drag = {"linear_drag": {"d": [0.3, 0.3, 0.3]}}
+    for k, f in enumerate([*flights("{}", (0, 1)), *flights(json.dumps(drag), (10,))]):
+        paths.append(tmp_path / f"{k}.parquet")
+        f.table.to_parquet(paths[-1])
+    out = tmp_path / "x.json"
+    found = run("locate", QUADROTOR, paths[2], "--reference", *paths[:2], "--json", out)
+    assert found.exit_code == 0, found.output
+    assert "healthy flights: RMS" in found.output
+    assert "% of this trend" in found.output
+    content = json.loads(out.read_text())
+    assert len(content["reference"]["flights"]) == 2
+    sideways = next(p for p in content["places"] if p["axis"] == "fx" and "speed" in p["group"])
+    assert sideways["reference"]["now_rms"] > 2 * max(sideways["reference"]["rms"])
+    assert max(map(abs, sideways["reference"]["share_of_trend"])) < 0.1
+    same = run("locate", QUADROTOR, paths[2], "--reference", paths[2], "--json", out)
+    assert same.exit_code == 0, same.output
+    again = next(p for p in json.loads(out.read_text())["places"] if p["axis"] == "fx" and "speed" in p["group"])
+    assert again["reference"]["share_of_trend"][0] == pytest.approx(1.0, abs=0.1)
+    assert again["reference"]["rms"][0] == pytest.approx(again["reference"]["now_rms"])
