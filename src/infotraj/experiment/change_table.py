@@ -52,10 +52,11 @@ def _rows(score: dict[str, Any]) -> list[dict[str, Any]]:
 
 def report(every: Sequence[dict[str, Any]], made: pd.DataFrame, planned: int) -> str:
     """The page."""
-    header = ["vehicle", "", "of one change", "of several at once, changes", "changes found", "cases all right",
+    header = ["vehicle", "", "single changes found", "of several at once", "all changes found", "cases all right",
     "false changes where nothing changed", "changed cases with a wrong name"]  # fmt: skip
     cells = []
-    for vehicle in (*sorted(set(made["vehicle"])), ALL):
+    vehicles = sorted(set(made["vehicle"]))
+    for vehicle in (*vehicles, *([ALL] if len(vehicles) > 1 else [])):
         for way in WAYS:
             own = made[(made["way"] == way) & ((made["vehicle"] == vehicle) | (vehicle == ALL))]
             cells.append([vehicle, _WORDS[way], *_shares(own)])
