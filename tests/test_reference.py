@@ -21,10 +21,10 @@ from infotraj.diagnosis.select.score import diluted
 from infotraj.effects.channels import is_derived
 from infotraj.errors import InfotrajError
 from infotraj.experiment.file_profiles import wrong_file
-from infotraj.flight import ATTITUDE, RATE, Flight
+from infotraj.flight import ATTITUDE, COMMANDED_WRENCH, RATE, Flight
 from infotraj.importing import import_log
 from infotraj.models import Model
-from infotraj.vehicle import load_vehicle
+from infotraj.vehicle import load_vehicle, parse_vehicle
 
 CONFIG = Path(__file__).parents[1] / "config"
 QUADROTOR = CONFIG / "vehicles" / "quadrotor.yaml"
@@ -157,3 +157,79 @@ def test_errors_stand_beside_those_of_healthy_flights(tmp_path):
     content = json.loads(out.read_text())
     healthy = [f["bias"]["fz"] for f in content["reference"]["flights"]]
     assert abs(content["bias"]["fz"]) > 10 * max(map(abs, healthy))
+
+
+def test_places_stand_beside_the_error_of_healthy_flights_there(tmp_path):
+    paths = []
+    drag = {"linear_drag": {"d": [0.3, 0.3, 0.3]}}
+    for k, f in enumerate([*flights("{}", (0, 1)), *flights(json.dumps(drag), (10,))]):
+        paths.append(tmp_path / f"{k}.parquet")
+        f.table.to_parquet(paths[-1])
+    out = tmp_path / "x.json"
+    found = run("locate", QUADROTOR, paths[2], "--reference", *paths[:2], "--json", out)
+    assert found.exit_code == 0, found.output
+    assert "healthy flights: RMS" in found.output
+    assert "% of this trend" in found.output
+    content = json.loads(out.read_text())
+    assert len(content["reference"]["flights"]) == 2
+    sideways = next(p for p in content["places"] if p["axis"] == "fx" and "speed" in p["group"])
+    assert sideways["reference"]["now_rms"] > 2 * max(sideways["reference"]["rms"])
+    assert max(map(abs, sideways["reference"]["share_of_trend"])) < 0.1
+    same = run("locate", QUADROTOR, paths[2], "--reference", paths[2], "--json", out)
+    assert same.exit_code == 0, same.output
+    again = next(p for p in json.loads(out.read_text())["places"] if p["axis"] == "fx" and "speed" in p["group"])
+    assert again["reference"]["share_of_trend"][0] == pytest.approx(1.0, abs=0.1)
+    assert again["reference"]["rms"][0] == pytest.approx(again["reference"]["now_rms"])
+
+
+def by_wrench(flight: Flight, rotors) -> Flight:
+    """The same flight as a log that holds the wrench which the rotors were asked for, and no rotors."""
+    thrust = np.stack([r.thrust_coefficient * flight.get(f"cmd_rotor_{k}")[:, 0] ** 2 for k, r in enumerate(rotors)])
+    moment = [np.cross(r.position, r.axis) - r.spin * r.moment_constant * np.array(r.axis) for r in rotors]
+    wrench = np.hstack([thrust.T @ [r.axis for r in rotors], thrust.T @ moment])
+    table = flight.table.drop(columns=[c for c in flight.table if c.startswith("cmd_rotor_")])
+    return Flight(table.assign(**dict(zip(COMMANDED_WRENCH, wrench.T, strict=True))), dict(flight.meta))
+
+
+@pytest.mark.slow
+def test_what_changed_is_told_of_a_vehicle_that_is_commanded_by_wrench():
+    content = yaml.safe_load(QUADROTOR.read_text())
+    rotors = load_vehicle(QUADROTOR).rotors
+    keys = {k: content[k] for k in ("name", "mass", "inertia", "gravity")}
+    # A mass that is wrong by 8 %, an inertia by 15 %, and a lag of the thrust that is about that of the speeds.
+    keys |= {"inputs": "wrench", "thrust_axis": [0, 0, 1], "time_constant": 0.03, "mass": 0.92 * keys["mass"]}
+    keys["inertia"] = {k: 1.15 * v for k, v in keys["inertia"].items()}
+    model = Model(parse_vehicle(keys))
+    healthy = [by_wrench(f, rotors) for f in flights("{}", (0, 1, 2))]
+    moved = {"com_offset": {"r": [0.006, -0.004, 0.0]}}
+    found = diagnose(model, [by_wrench(f, rotors) for f in flights(json.dumps(moved), (10, 11))], reference=healthy)
+    names = {f.name for f in found.findings if f.verdict in ("Supported", "Not separable")}
+    assert "com_offset" in names
+    assert found.supported in (("com_offset",), ("steady_torque",))
+    told = found.finding("com_offset")
+    change = np.subtract(told.parameters["r"], found.healthy_numbers(told)["parameters"]["r"])
+    np.testing.assert_allclose(change[:2], [0.006, -0.004], atol=0.001)
+    assert found.finding("rotor_effectiveness").verdict == "Not testable here"
+    again = diagnose(model, [by_wrench(f, rotors) for f in flights("{}", (10, 11))], reference=healthy)
+    assert again.supported == ()
+
+
+def crazyswarm2(log: int) -> Flight:
+    folder = find_dataset("crazyswarm2")
+    if folder is None:
+        pytest.skip(how_to_get("crazyswarm2"))
+    flight = import_log(folder / f"logs/log{log}", mapping="crazyflie")
+    return examined(flight, load_vehicle(CONFIG / "vehicles" / "crazyswarm2.yaml"))
+
+
+@pytest.mark.slow
+def test_a_load_is_told_from_real_flights_of_a_vehicle_that_is_commanded_by_wrench():
+    model = Model(load_vehicle(CONFIG / "vehicles" / "crazyswarm2.yaml"))
+    free = [crazyswarm2(k) for k in (160, 164, 172, 176)]
+    found = diagnose(model, [crazyswarm2(202)], reference=free)
+    told = found.finding("suspended_load")
+    assert told.verdict in ("Supported", "Not separable")
+    assert told.parameters["mass"] == pytest.approx(0.005, rel=0.4)
+    # The healthy flights have no accelerometer: what only an accelerometer shows is not known to have changed.
+    assert found.finding("time_offset").verdict == "Not testable here"
+    assert diagnose(model, free[:1], reference=free[1:]).supported == ()

@@ -6,6 +6,7 @@ import json
 import resource
 import signal
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 from infotraj.diagnosis.report.command import diagnose_command
@@ -34,22 +35,29 @@ def diagnose_batch(*, flights: Path, answers: Path) -> None:
         tables = sorted(str(path) for path in run.glob("flight_*.parquet"))
         if not tables:
             continue
-        arguments = [str(run / "vehicle.yaml"), *tables, "-q"]
-        arguments += ["--json", str(folder / "answer.json"), "--save-model", str(folder / "model.yaml")]
-        status, said = 0, ""
-        start, used = time.perf_counter(), _cpu()
-        signal.signal(signal.SIGPROF, _too_long)
-        signal.setitimer(signal.ITIMER_PROF, LIMIT)
-        try:
-            diagnose_command.main(arguments, prog_name="infotraj diagnose", standalone_mode=False)
-        except InfotrajError as error:
-            status, said = error.exit_status, str(error)
-        except _TooLongError:
-            status, said = 1, f"given up after {LIMIT:g} s of CPU"
-        finally:
-            signal.setitimer(signal.ITIMER_PROF, 0.0)
-        spent = {"wall": time.perf_counter() - start, "cpu": _cpu() - used, "status": status, "error": said}
-        (folder / "time.json").write_text(json.dumps(spent))
+        answer(run / "vehicle.yaml", tables, folder, "--save-model", str(folder / "model.yaml"))
+
+
+def answer(model: Path, tables: Sequence[str], folder: Path, *options: str, limit: float = LIMIT) -> None:
+    """Runs `infotraj diagnose MODEL TABLES --json` with further options, for at most `limit` s of CPU.
+
+    Writes folder/answer.json, where there is an answer, and folder/time.json: seconds, exit status and error.
+    """
+    arguments = [str(model), *tables, "-q", "--json", str(folder / "answer.json"), *options]
+    status, said = 0, ""
+    start, used = time.perf_counter(), _cpu()
+    signal.signal(signal.SIGPROF, _too_long)
+    signal.setitimer(signal.ITIMER_PROF, limit)
+    try:
+        diagnose_command.main(arguments, prog_name="infotraj diagnose", standalone_mode=False)
+    except InfotrajError as error:
+        status, said = error.exit_status, str(error)
+    except _TooLongError:
+        status, said = 1, f"given up after {limit:g} s of CPU"
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+    spent = {"wall": time.perf_counter() - start, "cpu": _cpu() - used, "status": status, "error": said}
+    (folder / "time.json").write_text(json.dumps(spent))
 
 
 def _cpu() -> float:

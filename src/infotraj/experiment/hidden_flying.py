@@ -77,14 +77,14 @@ def fly_run(study: HiddenStudy, case: Case, seed: int, shown: Path, kept: Path) 
     failed = ""
     try:
         for k, kind in enumerate(flights.train):
-            flight = _fly(vehicle, truth, kind, flights, case, rng("reference", k), rng("noise", k), rng("log", k))
+            flight = fly_one(vehicle, truth, kind, flights, case, rng("reference", k), rng("noise", k), rng("log", k))
             if case.file != "exact":  # the commanded wrench is of another file than the one that is shown
                 flight = Flight(flight.table.drop(columns=list(COMMANDED_WRENCH), errors="ignore"), flight.meta)
             flight.write(shown / f"flight_{k}.parquet")
         for k, kind in enumerate(flights.held_out):
             for what, plant in (("held_out", truth), ("floor", ideal)):
                 path, noise = rng("held-out reference", k), rng("held-out noise", k)
-                flight = _fly(vehicle, plant, kind, faster, case, path, noise)
+                flight = fly_one(vehicle, plant, kind, faster, case, path, noise)
                 flight.write(kept / f"{what}_{k}.parquet")
     except InfotrajError as error:
         failed = str(error)
@@ -97,11 +97,11 @@ def fly_run(study: HiddenStudy, case: Case, seed: int, shown: Path, kept: Path) 
         "nearest": [n for name in case.other if name in settings.richer for n in settings.richer[name].nearest],
         "failed": failed,
     }
-    (kept / "run.yaml").write_text(yaml.safe_dump(_plain(about), sort_keys=False))
+    (kept / "run.yaml").write_text(yaml.safe_dump(plain_values(about), sort_keys=False))
     write_truth(truth, kept / "truth.yaml")
 
 
-def _fly(
+def fly_one(
     vehicle: Vehicle,
     truth: Any,
     kind: str,
@@ -129,10 +129,10 @@ def _fly(
     return roughly_logged(logged(flight, "full"), true, case.log, vehicle, case.noise, log)
 
 
-def _plain(value: Any) -> Any:
+def plain_values(value: Any) -> Any:
     """Tuples as lists, numpy numbers as Python's: what YAML holds."""
     if isinstance(value, dict):
-        return {k: _plain(v) for k, v in value.items()}
+        return {k: plain_values(v) for k, v in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
+        return [plain_values(v) for v in value]
     return value.item() if isinstance(value, np.generic) else value

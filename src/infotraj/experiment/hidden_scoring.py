@@ -139,7 +139,7 @@ def _excuse(score: Score, rows: dict[str, Any], file: Vehicle, true: Vehicle) ->
     left = [(k, group) for k, group in enumerate(score["groups"]) if k not in score["used"]]
     own = TRUE_OF_LOGS.get(score["log"], frozenset())
     score["file_errors"], score["log_errors"], numbers = excused(
-        left, lambda name: _instances(name, rows), file, true, own
+        left, lambda name: instances(name, rows), file, true, own
     )
     others = [group[0] for k, group in left if k not in numbers]
     again = [name for name in score["invented"] if name.endswith(AGAIN)]
@@ -154,7 +154,7 @@ def _again(names: Sequence[str], rows: dict[str, Any], score: Score, file: Vehic
     out = []
     for name in sorted(set(names)):
         plain = name.removesuffix(AGAIN)
-        stated = [states_the_file(plain, values, file, true) for values in _instances(plain, rows)]
+        stated = [states_the_file(plain, values, file, true) for values in instances(plain, rows)]
         # one instance is the group's own, found or counted above
         out += [name] * max(0, len(stated) - max(1, sum(stated) + (plain in score["stood"])))
     return out
@@ -191,7 +191,7 @@ def _names(
     members: Score = {}
     for effect in effects:
         for number, group in enumerate(groups):
-            if number in used or effect["name"] not in group or not _same_place(effect, rows):
+            if number in used or effect["name"] not in group or not same_place(effect, rows):
                 continue
             used.add(number)
             good = len(group) <= LARGEST_GROUP
@@ -208,7 +208,7 @@ def _names(
             break
     invented = [group[0] for number, group in enumerate(groups) if number not in used]
     # A second rotor beside the first is a second name.
-    invented += [group[0] + AGAIN for group in groups for _ in _instances(group[0], rows)[1:]]
+    invented += [group[0] + AGAIN for group in groups for _ in instances(group[0], rows)[1:]]
     return {
         "found": list(stood),
         "stood": stood,
@@ -231,14 +231,14 @@ def _instance(name: str, rows: dict[str, Any]) -> str:
     return name if place is None else f"{name}:{int(place)}"
 
 
-def _same_place(effect: dict[str, Any], rows: dict[str, Any]) -> bool:
+def same_place(effect: dict[str, Any], rows: dict[str, Any]) -> bool:
     """Whether an effect on one rotor was named on that rotor."""
     if "rotor" not in effect["parameters"]:
         return True
-    return any(values.get("rotor") == effect["parameters"]["rotor"] for values in _instances(effect["name"], rows))
+    return any(values.get("rotor") == effect["parameters"]["rotor"] for values in instances(effect["name"], rows))
 
 
-def _instances(name: str, rows: dict[str, Any]) -> list[dict[str, Any]]:
+def instances(name: str, rows: dict[str, Any]) -> list[dict[str, Any]]:
     """The numbers of each instance of an effect in the answer."""
     row = rows.get(name, {})
     return list(row.get("instances", [])) or [row.get("parameters") or {}]
@@ -261,7 +261,7 @@ def _parameters(
     out = []
     for effect in effects:
         row = rows.get(effect["name"])
-        if effect["name"] not in supported or row is None or len(row["group"]) > 1 or not _same_place(effect, rows):
+        if effect["name"] not in supported or row is None or len(row["group"]) > 1 or not same_place(effect, rows):
             continue
         for key, true in effect["parameters"].items():
             estimate, error = (row["parameters"] or {}).get(key), (row["standard_errors"] or {}).get(key)

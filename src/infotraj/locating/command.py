@@ -7,12 +7,19 @@ from pathlib import Path
 import click
 
 from infotraj.errors import InputError, problem
-from infotraj.options import accept_option, command_steps_option
+from infotraj.options import Several, accept_option, command_steps_option
 
 
 @click.command("locate")
 @click.argument("model", type=click.Path(path_type=Path))
 @click.argument("flights", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="FLIGHT...")
+@click.option(
+    "--reference",
+    cls=Several,
+    type=click.Path(path_type=Path),
+    metavar="HEALTHY...",
+    help="Healthy flights of the same vehicle, whose errors stand beside, place by place.",
+)
 @click.option("--window", type=click.FloatRange(min=0, min_open=True), help="Of the filter, s; default 0.15.")
 @click.option(
     "--force-from",
@@ -39,6 +46,7 @@ from infotraj.options import accept_option, command_steps_option
 def locate_command(
     model: Path,
     flights: tuple[Path, ...],
+    reference: tuple[Path, ...],
     window: float | None,
     force_from: str,
     least_excess: float | None,
@@ -60,6 +68,7 @@ def locate_command(
     from infotraj.comparing import files
     from infotraj.comparing.equation_error import WINDOW, equation_error
     from infotraj.locating import summary
+    from infotraj.locating.healthy import beside
     from infotraj.locating.locating import locate
     from infotraj.locating.places import LEAST_EXCESS
     from infotraj.models import load_model
@@ -75,17 +84,21 @@ def locate_command(
             why = "; ".join(dict.fromkeys(error.reasons.values())) or left or "too short for the filter's window"
             raise InputError(problem(f"{flight.meta['source']}: no row to search ({why})", "rows", "Leave it out."))
 
-    let_in = files.admitted(
-        flights,
-        loaded.vehicle,
-        use,
-        skip_rejected=skip_rejected,
-        command_steps=command_steps,
-        accept=accept,
-        start=start,
-        stop=stop,
-    )
+    def admitted(paths: tuple[Path, ...]) -> files.Admitted[None]:
+        return files.admitted(
+            paths,
+            loaded.vehicle,
+            use,
+            skip_rejected=skip_rejected,
+            command_steps=command_steps,
+            accept=accept,
+            start=start,
+            stop=stop,
+        )
+
+    let_in = admitted(flights)
     used = let_in.flights
+    usual = admitted(reference).flights if reference else []
     located = locate(
         loaded,
         used,
@@ -93,8 +106,9 @@ def locate_command(
         least_excess=LEAST_EXCESS if least_excess is None else least_excess,
         **how,
     )
+    healthy = beside(located, loaded, usual, **how) if usual else None
     if json_file is not None:
-        files.write_json(summary.as_dict(located), json_file)
+        files.write_json(summary.as_dict(located, healthy), json_file)
     if figures is not None:
         from infotraj.plots.places import place_figures
 
@@ -107,9 +121,10 @@ def locate_command(
         k = worst_flight(located.errors)
         record_comparison(recording, used[k], loaded, located.errors[k])
         _say(quiet, f"{recording}: {located.paths[k]}")
-    click.echo(summary.as_text(located, verbose=verbose), nl=False)
+    click.echo(summary.as_text(located, verbose=verbose, healthy=healthy), nl=False)
     files.say_unmet(accept, let_in.codes)
-    _say(quiet, f"next: infotraj diagnose {model} {' '.join(located.paths)}")
+    beside_them = f" --reference {' '.join(healthy.paths)}" if healthy is not None else ""
+    _say(quiet, f"next: infotraj diagnose {model} {' '.join(located.paths)}{beside_them}")
 
 
 def _say(quiet: bool, line: str) -> None:

@@ -33,6 +33,12 @@ class Region:
     outside: float
     rows: NDArray[np.bool_]
 
+    def holds(self, values: Array) -> NDArray[np.bool_]:
+        """Which values (n,) of the quantity lie in it, also on other flights."""
+        if self.side == "below":
+            return values < self.threshold
+        return (np.abs(values) if self.side == "beyond" else values) > self.threshold
+
 
 def region(values: Array, residual: Array, blocks: NDArray, signed: bool, rng: np.random.Generator) -> Region | None:
     """The side of one threshold where the squared error lies most above its share of the rows; None where nowhere.

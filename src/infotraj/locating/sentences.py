@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from infotraj.locating.healthy import Usual
 from infotraj.locating.lags import Lags
 from infotraj.locating.places import Place
 from infotraj.locating.quantities import Quantity
 from infotraj.locating.regions import Region
 from infotraj.locating.tree import Leaf
 from infotraj.locating.windows import TimeWindow
+from infotraj.rotations import Array
 
 _FOLLOWS = 0.1  # share of the squared error that must follow a quantity for the sentence to say how
 
@@ -39,6 +41,28 @@ def place_sentence(place: Place) -> str:
     if place.alike:
         parts.append(f"these flights hardly tell it from: {', '.join(place.alike)}")
     return "; ".join(parts)
+
+
+def healthy_sentence(place: Place, usual: Usual) -> str:
+    """What the error is at a place when nothing is wrong, beside what it is now."""
+    rms, trend = (x[np.isfinite(x)] for x in (usual.rms, usual.trend))
+    parts = []
+    if len(rms):
+        parts.append(f"RMS {_span(rms, place.unit)} there, now {usual.now:.3g}")
+    if len(trend) and place.explained > _FOLLOWS:
+        parts.append(f"{_span(np.round(100 * trend) + 0.0, '% of this trend', '.0f')}")
+    said = "; ".join(parts) or "they were not there"
+    return f"healthy flights: {said}"
+
+
+def healthy_bias(bias: Array, unit: str) -> str:
+    """The mean error of an axis on healthy flights."""
+    return f"healthy flights {_span(bias, unit, '+.3g')}" if len(bias) else "healthy flights do not say"
+
+
+def _span(values: Array, unit: str, digits: str = ".3g") -> str:
+    low, high = (f"{v:{digits}}" for v in (values.min(), values.max()))
+    return f"{low if low == high else f'{low} to {high}'} {unit}"
 
 
 def where(place: Place) -> str:

@@ -11,6 +11,7 @@ from infotraj.checking.acceptance import accepted_lines
 from infotraj.comparing.equation_error import AXES
 from infotraj.comparing.summary import by_axis, number, remarks
 from infotraj.locating import sentences
+from infotraj.locating.healthy import Beside, Usual
 from infotraj.locating.locating import Located
 from infotraj.locating.places import Place
 from infotraj.rotations import Array
@@ -18,8 +19,24 @@ from infotraj.rotations import Array
 MOST = 8  # places that the text names without -v
 
 
-def as_dict(located: Located) -> dict[str, Any]:
-    """The content of `--json`; what has no answer is null."""
+def as_dict(located: Located, healthy: Beside | None = None) -> dict[str, Any]:
+    """The content of `--json`; what has no answer is null. healthy: flights whose errors stand beside."""
+    content = _of_flights(located)
+    if healthy is None:
+        return content
+    for name, usual in (("places", healthy.places), ("pairs", healthy.pairs)):
+        content[name] = [p | {"reference": _usual(u)} for p, u in zip(content[name], usual, strict=True)]
+    content["offsets"] = [o | {"reference": healthy.bias(o["axis"]).tolist()} for o in content["offsets"]]
+    content["reference"] = {
+        "flights": [
+            {"path": path, "rmse": by_axis(s.rmse), "bias": by_axis(s.bias), "over_floor": by_axis(_times(s))}
+            for path, s in zip(healthy.paths, healthy.by_flight, strict=True)
+        ]
+    }
+    return content
+
+
+def _of_flights(located: Located) -> dict[str, Any]:
     return {
         "places": [_place(p) for p in located.places],
         "pairs": [_place(p) for p in located.pairs],
@@ -63,27 +80,33 @@ def as_dict(located: Located) -> dict[str, Any]:
     }
 
 
-def as_text(located: Located, *, verbose: bool = False) -> str:
-    """Sentences, worst first; then the axes and flights they come from."""
+def as_text(located: Located, *, verbose: bool = False, healthy: Beside | None = None) -> str:
+    """Sentences, worst first; then the axes and flights they come from. healthy: flights whose errors stand beside."""
+    usual = healthy.places if healthy is not None else (None,) * len(located.places)
+    together = healthy.pairs if healthy is not None else (None,) * len(located.pairs)
     lines = []
     if located.places:
         lines.append("where it fails, worst first:")
         shown = located.places if verbose else located.places[:MOST]
-        lines += [f"  {k + 1}. {sentences.place_sentence(p)}" for k, p in enumerate(shown)]
+        for k, (p, u) in enumerate(zip(shown, usual, strict=False)):
+            lines.append(f"  {k + 1}. {sentences.place_sentence(p)}{_beside(p, u)}")
         if len(shown) < len(located.places):
             lines.append(f"  and {len(located.places) - len(shown)} more (-v)")
     else:
         lines.append(
             "no place: nothing in state, input or time holds more of the error than chance and the floor allow"
         )
-    for pair in located.pairs if verbose else located.pairs[:2]:
-        lines.append(f"  together: {sentences.place_sentence(pair)}")
+    for pair, u in list(zip(located.pairs, together, strict=True))[: None if verbose else 2]:
+        lines.append(f"  together: {sentences.place_sentence(pair)}{_beside(pair, u)}")
     if located.offsets:
         lines.append("everywhere:")
         unit = located.errors[0].unit
         for axis, bias, share in located.offsets:
             of = unit["force" if axis.startswith("f") else "torque"]
-            lines.append(f"  {axis} is off by {bias:+.3g} {of} on average ({share:.0%} of the squared error)")
+            of_healthy = "" if healthy is None else f"; {sentences.healthy_bias(healthy.bias(axis), of)}"
+            lines.append(
+                f"  {axis} is off by {bias:+.3g} {of} on average ({share:.0%} of the squared error){of_healthy}"
+            )
     if located.windows:
         lines.append("in time:")
         shown = located.windows if verbose else located.windows[:3]
@@ -102,6 +125,8 @@ def as_text(located: Located, *, verbose: bool = False) -> str:
     rows = [("all flights", located.overall)]
     if verbose or 1 < len(located.paths) <= 12:
         rows += [(Path(p).name, s) for p, s in zip(located.paths, located.by_flight, strict=True)]
+    if healthy is not None:
+        rows += [(f"healthy: {Path(p).name}", s) for p, s in zip(healthy.paths, healthy.by_flight, strict=True)]
     for name, s in rows:
         lines.append(f"  {name:<38}" + "".join(f" {'-' if not np.isfinite(x) else f'{x:.3g}':>7}" for x in _times(s)))
     if located.cannot_name:
@@ -114,6 +139,18 @@ def as_text(located: Located, *, verbose: bool = False) -> str:
 def _times(s) -> Array:
     with np.errstate(invalid="ignore", divide="ignore"):
         return s.rmse / s.floor
+
+
+def _beside(place: Place, usual: Usual | None) -> str:
+    return "" if usual is None else f"\n     {sentences.healthy_sentence(place, usual)}"
+
+
+def _usual(usual: Usual) -> dict[str, Any]:
+    return {
+        "now_rms": number(usual.now),
+        "rms": [number(x) for x in usual.rms],
+        "share_of_trend": [number(x) for x in usual.trend],
+    }
 
 
 def _place(p: Place) -> dict[str, Any]:

@@ -48,6 +48,16 @@ class Healthy:
         out[np.ix_(at, at)] = known[np.ix_(inside, inside)]
         return out
 
+    def shown(self, known: Sequence[Candidate], hidden: dict[str, str]) -> tuple[list[Candidate], dict[str, str]]:
+        """The candidates of which the healthy flights say anything; of the others, beside `hidden`, that they do not.
+
+        Without the channels that an effect needs its healthy numbers are anybody's guess, not those of the file.
+        """
+        said = {label for label, _ in self.owners}
+        left = [c for c in known if c.label in said]
+        lost = {c.name for c in known} - {c.name for c in left}
+        return left, hidden | dict.fromkeys(sorted(lost), "the healthy flights cannot show it")
+
     def values(self, candidate: Candidate, vehicle: Vehicle) -> Effect:
         """The effect with its healthy numbers."""
         return self.effects.get(candidate.label) or candidate.absent(vehicle)

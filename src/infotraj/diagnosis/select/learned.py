@@ -15,6 +15,7 @@ import numpy as np
 
 from infotraj.diagnosis.linear.candidates import Candidate
 from infotraj.diagnosis.linear.healthy import Healthy
+from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.linear.sums import Sums
 from infotraj.diagnosis.select.around import Linear, linearised
 from infotraj.diagnosis.select.prior import FILE, SCALES, SLAB, Scales, spikes
@@ -40,8 +41,12 @@ def learned(now: Linear, flights: Sequence[Flight], wider: float) -> Healthy:
     parts = _by_flight(now.sums, columns, wider)
     of_number = scattered(now, wider)
     scatter = np.array([of_number[owner] for owner in owners])
-    precision = sum((diluted(x, scatter)[1:, 1:] for x in parts), np.diag(_before(now, columns) ** -2.0))
+    told = [diluted(x, scatter) for x in parts]
+    precision = sum((x[1:, 1:] for x in told), np.diag(_before(now, columns) ** -2.0))
     covariance = np.asarray(np.linalg.inv(precision), dtype=float)
+    # About the model of `now`: what the flights would rather have than it is not known to be absent.
+    rather = covariance @ sum(x[0, 1:] for x in told)
+    covariance = covariance + np.outer(rather, rather)
     effects = {m.candidate.label: m.effect for m in now.point}
     return Healthy(effects, tuple(owners), covariance, scatter, now.observation.balance, tuple(flights))
 
@@ -49,19 +54,33 @@ def learned(now: Linear, flights: Sequence[Flight], wider: float) -> Healthy:
 def around_fit(whole: Fit, known: Sequence[Candidate]) -> Linear:
     """The model of a fit, file numbers and all, with nothing held: what the model has already may change as well.
 
-    Its numbers are refined together: a product of two that are off by 10 % is off by 1 %.
+    Its numbers are refined together: a product of two that are off by 10 % is off by 1 %. What no flight tells (masses,
+    inertias and thrusts by one factor) stays as near the file as files are.
     """
-    members = whole.linear.members(whole.chosen, whole.solution.theta, shift=0.0, straight=True)
-    now = linearised(whole.linear.observation, [replace(m, held=False) for m in members], known)
+    now = linearised(whole.linear.observation, [replace(m, held=False) for m in straight(whole)], known)
     for _ in range(_PASSES):
         inside = {m.candidate.label for m in now.point}
         mine = [i for i in _first(now)[0] if now.columns[i].candidate.label in inside]
         total = np.sum(_by_flight(now.sums, mine, 1.0), axis=0)
         theta = now.now.copy()
-        theta[mine] += np.linalg.solve(total[1:, 1:] + np.eye(len(mine)) / SLAB**2, total[0, 1:])
+        near = _as_files_are(now, whole, mine) ** -2.0
+        theta[mine] += np.linalg.solve(total[1:, 1:] + np.diag(near), total[0, 1:] - near * theta[mine])
         point = now.members(now.labelled(sorted(inside & {c.label for c in now.choices})), theta, 0.0, True)
         now = linearised(now.observation, [replace(m, held=False) for m in point], known)
     return now
+
+
+def straight(whole: Fit) -> tuple[Member, ...]:
+    """The model of a fit with all its file numbers, those that were left to the linear solution, too."""
+    return whole.linear.members(whole.chosen, whole.solution.theta, shift=0.0, straight=True)
+
+
+def _as_files_are(now: Linear, whole: Fit, columns: Sequence[int]) -> Array:
+    """Standard deviation of these numbers from absent: of the file where they are its own, else of effects."""
+    chosen = {whole.linear.choices[i].label for i in whole.chosen}
+    spike = now.spike(whole.scales)[list(columns)]
+    effect = np.array([now.columns[c].candidate.label in chosen for c in columns])
+    return np.where(effect | (spike == 0.0), np.hypot(spike, SLAB), spike)
 
 
 def around_usual(now: Linear, known: Sequence[Candidate]) -> Linear:
@@ -136,12 +155,12 @@ def _usual(now: Linear, columns: Sequence[int]) -> Array:
 def _before(now: Linear, columns: Sequence[int]) -> Array:
     """Standard deviation of each number before a flight is seen, usual sizes.
 
-    Wide where flights tell the numbers; where they tell a balance alone, a file is as wrong as files are.
+    A file is as wrong as files are; effects are wide where flights tell them, and those of the thrust are not where
+    flights tell a balance alone.
     """
-    if not now.observation.balance:
-        return np.full(len(columns), SLAB)
+    balance = bool(now.observation.balance)
     owners = [now.columns[c].candidate for c in columns]
-    bounded = [(x.name in FILE or x.cls.place == "thrust") and x.name not in _TRIM for x in owners]
+    bounded = [(x.name in FILE or (balance and x.cls.place == "thrust")) and x.name not in _TRIM for x in owners]
     return np.where(bounded, max(SCALES) * _usual(now, columns), SLAB)
 
 
