@@ -21,6 +21,7 @@ COMMANDS = {
     "add": ("infotraj.diagnosis.report.command:add_command", "Add effects to a model, fitted to flights."),
     "history": ("infotraj.diagnosis.report.command:history_command", "How the error fell, version by version."),
     "effects": ("infotraj.effects.command:effects_command", "The catalogue of physical effects."),
+    "examples": ("infotraj.examples.command:examples_command", "Copy example flights and vehicle files."),
     "data": ("infotraj.datasets.command:data_command", "Get or list public data sets."),
 }
 
