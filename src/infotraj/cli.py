@@ -15,12 +15,17 @@ from infotraj.errors import InfotrajError
 COMMANDS = {
     "import": ("infotraj.importing.command:import_command", "Turn a log into a flight table."),
     "check": ("infotraj.checking.command:check_command", "Does a log mean what it says?"),
+    "doctor": ("infotraj.describing.doctor:doctor_command", "What stands between a flight and an answer, in a line."),
     "compare": ("infotraj.comparing.command:compare_command", "Model against measurement."),
     "locate": ("infotraj.locating.command:locate_command", "Where a model fails."),
     "diagnose": ("infotraj.diagnosis.report.command:diagnose_command", "Which physical effect a model lacks."),
     "add": ("infotraj.diagnosis.report.command:add_command", "Add effects to a model, fitted to flights."),
     "history": ("infotraj.diagnosis.report.command:history_command", "How the error fell, version by version."),
     "effects": ("infotraj.effects.command:effects_command", "The catalogue of physical effects."),
+    "vehicle": (
+        "infotraj.describing.command:vehicle_command",
+        "Write a first vehicle file; hold one against a flight.",
+    ),
     "examples": ("infotraj.examples.command:examples_command", "Copy example flights and vehicle files."),
     "data": ("infotraj.datasets.command:data_command", "Get or list public data sets."),
 }
