@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import os
 import sys
+from pathlib import Path
 
 import click
 
@@ -31,6 +32,19 @@ COMMANDS = {
 }
 
 
+# These compile what they compute with; what is compiled is kept beside the modules, or where NUMBA_CACHE_DIR says.
+_COMPUTING = {"doctor", "compare", "locate", "diagnose", "add"}
+
+
+def _said_once(command: str | None) -> None:
+    """On a terminal, before the first run of a command that compiles: why it takes longer than it will."""
+    compiled = Path(__file__).parent / "models" / "__pycache__"
+    kept_here = "NUMBA_CACHE_DIR" not in os.environ and os.access(compiled.parent, os.W_OK)
+    computing = command in _COMPUTING and not {"-h", "--help"} & set(sys.argv)
+    if computing and sys.stderr.isatty() and kept_here and not any(compiled.glob("*.nbi")):
+        click.echo("first run: compiling, up to a minute; later runs start at once", err=True)
+
+
 class _Commands(click.Group):
     """The commands of COMMANDS, loaded late, with errors told in one line."""
 
@@ -50,8 +64,10 @@ class _Commands(click.Group):
 
 @click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120})
 @click.version_option(__version__, prog_name="infotraj")
-def cli() -> None:
+@click.pass_context
+def cli(context: click.Context) -> None:
     """Finds out what is missing in a robot's model, and collects the flights that teach it."""
+    _said_once(context.invoked_subcommand)
 
 
 def main() -> None:
