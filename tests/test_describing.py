@@ -163,6 +163,35 @@ def test_a_right_file_is_right_and_each_error_is_told_on_its_own_axis():
     assert told(rotors=mirrored) == {"fz": True, "tx": True, "ty": False, "tz": True}
 
 
+@pytest.mark.parametrize(
+    ("changes", "says", "wrong", "true"),
+    [
+        ({"mass": 0.88}, r"thrust: the flight has ([\d.]+) of .* or divide the mass by it", 0.88, 0.8),
+        ({"inertia": {"xx": 0.0075, "yy": 0.0055, "zz": 0.0105}}, r"divide inertia.xx by ([\d.]+)", 0.0075, 0.0055),
+        ({"inertia": {"xx": 0.0055, "yy": 0.0075, "zz": 0.0105}}, r"divide inertia.yy by ([\d.]+)", 0.0075, 0.0055),
+        ({"rotors": [{"moment_constant": 0.018}] * 4}, r"multiply moment_constant by ([\d.]+)", 1 / 0.018, 1 / 0.012),
+    ],
+)
+def test_what_is_to_be_done_mends_the_file(changes, says, wrong, true):
+    """The factor that the sentence names brings the number back to the true one."""
+    content = yaml.safe_load((QUAD / "vehicle.yaml").read_text())
+    for rotor, changed in zip(content["rotors"], changes.pop("rotors", [{}] * 4), strict=True):
+        rotor.update(changed)
+    said = seen(equation_error(Model(parse_vehicle(content | changes)), read_flight(HEALTHY)))
+    (factor,) = (float(found[1]) for one in said if (found := re.search(says, one.sentence)))
+    assert wrong / factor == pytest.approx(true, rel=0.05)
+
+
+def test_the_guessed_thrust_is_c_t_rho_n2_d4_and_within_what_it_says_of_shipped_files():
+    turns, diameter = 100.0, 0.2  # 1/s, m
+    thrust = guesses.thrust_coefficient_of_propeller(diameter).value * (2 * np.pi * turns) ** 2
+    assert thrust == pytest.approx(0.14 * 1.225 * turns**2 * diameter**4)
+    for name in ("quadrotor", "agile_quadrotor"):
+        (rotor, *_) = load_vehicle(VEHICLES / f"{name}.yaml").rotors
+        made = guesses.thrust_coefficient_of_propeller(2 * rotor.radius).value
+        assert 1 / 1.6 < made / rotor.thrust_coefficient < 1.6
+
+
 def doctor(*arguments):
     return CliRunner().invoke(doctor_command, list(map(str, arguments)))
 

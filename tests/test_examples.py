@@ -7,13 +7,15 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import yaml
 from click.testing import CliRunner
 
 from infotraj.examples.command import examples_command
 from infotraj.examples.location import FOLDERS, shipped
-from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, read_flight
+from infotraj.examples.packing import pack
+from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, Flight, read_flight
 from infotraj.vehicle import load_vehicle
 
 TOP = Path(__file__).parents[1]
@@ -106,3 +108,19 @@ def test_examples_are_copied_whole_and_never_over_what_is_there(tmp_path):
 def test_nothing_but_the_packing_knows_the_sealed_file():
     knowing = [p for p in (TOP / "src").rglob("*.py") if "seal" in p.read_text()]
     assert [p.name for p in knowing] == ["packing.py"]
+
+
+def test_packing_keeps_the_rows_in_which_poses_and_commands_change(tmp_path):
+    """200 Hz with poses in every other row, as the plant logs: no pose is lost, and every row has one."""
+    t = 0.005 * np.arange(101)
+    table = {"t": t, "wx": np.sin(t), "cmd_rotor_0": np.repeat(np.arange(51.0), 2)[:101], "cmd_fz": 8 + t}
+    table |= {"px": np.where(np.arange(101) % 2 == 0, t / 3, np.nan)}
+    flight = Flight(pd.DataFrame(table), {"vehicle": "quadrotor"})
+    flight.write(tmp_path / "flight_0.parquet")
+    pack(tmp_path, [tmp_path / "small.parquet"])
+    small = read_flight(tmp_path / "small.parquet")
+    assert np.allclose(small.t, t[::2])
+    assert small.table["px"].notna().all()
+    assert np.allclose(small.table["px"], t[::2] / 3, atol=1e-5)
+    assert small.table["cmd_rotor_0"].tolist() == list(range(51))
+    assert "cmd_fz" not in small.table

@@ -41,7 +41,7 @@ def inertia(mass: float, positions: Sequence[tuple[float, float, float]], arm: f
     zz = share * float(np.sum(place[:, :2] ** 2)) + 2 * flat
     why = (
         f"guessed: {_OUTSIDE:.0%} of the mass at the rotors, the rest a flat disc of {_HUB:g} arms; "
-        "a tall vehicle has more xx and yy"
+        "off by up to a half, about x and y of a tall vehicle by more"
     )
     return Moments(xx, yy, zz, why)
 
