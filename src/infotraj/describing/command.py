@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 import click
 
 from infotraj.describing.layouts import LAYOUTS, ORDERS
-from infotraj.errors import InfotrajError, UsageError, problem
+from infotraj.errors import UsageError, problem
 from infotraj.options import Several, accept_option
 
 # What must be known: option, question. Further ones are guessed, and the file says so.
@@ -57,6 +56,7 @@ def new_command(output: Path, kind: str | None, flight: Path | None, quiet: bool
     On a terminal it asks for what is missing. A file that is there is never overwritten.
     """
     from infotraj.describing.writing import Asked, vehicle_text
+    from infotraj.importing.saving import write_text
 
     if output.suffix not in (".yaml", ".yml"):
         raise UsageError(problem(f"-o {output}", "a name that ends in .yaml", "Rename it."))
@@ -67,7 +67,7 @@ def new_command(output: Path, kind: str | None, flight: Path | None, quiet: bool
         raise UsageError(problem(f"--inertia with {len(moments)} numbers", "three: xx yy zz", "Correct it."))
     kind = _completed(known, kind or "speed")
     text = vehicle_text(Asked(output.stem, input=kind, moments=moments or None, **known))
-    _write(output, text)
+    write_text(output, text)
     click.echo(text, nl=False)
     if not quiet:
         click.echo(f"{output}: {text.count(' guessed:') + text.count(' guessed from')} numbers are guessed", err=True)
@@ -117,19 +117,6 @@ def _completed(known: dict[str, Any], kind: str) -> str:
             option = f"--{name.replace('_', '-')}"
             raise UsageError(problem(f"{option} with --input {kind}", "one of them", f"Leave {option} out."))
     return kind
-
-
-def _write(path: Path, text: str) -> None:
-    part = path.with_name(f".{path.name}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part.write_text(text)
-        os.replace(part, path)
-    except OSError as error:
-        what = f"{path}: {error.strerror}"
-        raise InfotrajError(problem(what, "a place that can be written", "Choose another.")) from error
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _held_against(file: Path, flight: Path, accept: tuple[str, ...]) -> None:
