@@ -58,6 +58,7 @@ def test_the_command_of_the_readme_names_what_is_hidden_and_its_number(tmp_path)
     assert row["parameters"]["factor"] == pytest.approx(true["parameters"]["factor"], abs=0.01 * 0.15)
 
 
+# That the same rotor has changed since these is asked by the tutorial (test_pages.py).
 @pytest.mark.slow
 def test_of_the_healthy_flights_nothing_is_named(tmp_path):
     out = tmp_path / "d.json"
@@ -65,16 +66,6 @@ def test_of_the_healthy_flights_nothing_is_named(tmp_path):
     verdict = json.loads(out.read_text())["verdict"]
     assert verdict["supported"] == []
     assert not verdict["unexplained"]
-
-
-@pytest.mark.slow
-def test_held_against_the_healthy_flights_the_same_rotor_has_changed(tmp_path):
-    out = tmp_path / "d.json"
-    run("diagnose", QUAD / "vehicle.yaml", *CHANGED, "--reference", *HEALTHY, "--json", out)
-    said, true = json.loads(out.read_text()), hidden()
-    assert said["verdict"]["supported"] == [true["name"]]
-    (row,) = (r for r in said["effects"] if r["name"] == true["name"])
-    assert row["parameters"]["rotor"] == true["parameters"]["rotor"]
 
 
 def test_the_log_of_the_board_becomes_the_flight_that_it_was_made_from(tmp_path):
