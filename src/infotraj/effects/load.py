@@ -88,30 +88,50 @@ def _between(states: Array, place: Array, step: float) -> tuple[Array, Array]:
     return q / np.linalg.norm(q, axis=1, keepdims=True), q_dot
 
 
+# Component by component: expressions of whole arrays take several times longer to compile.
 @njit(cache=True)
 def _swing(force, step, length, first):
     """Runge-Kutta of fourth order; force (2 m + 1, 3) at full and half steps."""
     count = (len(force) + 1) // 2
     out = np.empty((count, 3, 3))
     q, v = first.copy(), np.zeros(3)
+    a1, a2, a3, a4 = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    q2, q3, q4 = np.empty(3), np.empty(3), np.empty(3)
+    v2, v3, v4 = np.empty(3), np.empty(3), np.empty(3)
     for n in range(count):
-        a1 = _acceleration(q, v, force[2 * n], length)
-        out[n, 0], out[n, 1], out[n, 2] = q, v, a1
+        _acceleration(q, v, force, 2 * n, length, a1)
+        for c in range(3):
+            out[n, 0, c], out[n, 1, c], out[n, 2, c] = q[c], v[c], a1[c]
         if n == count - 1:
             break
-        q2, v2 = q + 0.5 * step * v, v + 0.5 * step * a1
-        a2 = _acceleration(q2, v2, force[2 * n + 1], length)
-        q3, v3 = q + 0.5 * step * v2, v + 0.5 * step * a2
-        a3 = _acceleration(q3, v3, force[2 * n + 1], length)
-        q4, v4 = q + step * v3, v + step * a3
-        a4 = _acceleration(q4, v4, force[2 * n + 2], length)
-        q = q + step / 6 * (v + 2 * v2 + 2 * v3 + v4)
-        v = v + step / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
-        q = q / np.sqrt(np.dot(q, q))
-        v = v - np.dot(q, v) * q
+        _ahead(q, v, v, a1, 0.5 * step, q2, v2)
+        _acceleration(q2, v2, force, 2 * n + 1, length, a2)
+        _ahead(q, v, v2, a2, 0.5 * step, q3, v3)
+        _acceleration(q3, v3, force, 2 * n + 1, length, a3)
+        _ahead(q, v, v3, a3, step, q4, v4)
+        _acceleration(q4, v4, force, 2 * n + 2, length, a4)
+        for c in range(3):
+            q[c] += step / 6 * (v[c] + 2 * v2[c] + 2 * v3[c] + v4[c])
+            v[c] += step / 6 * (a1[c] + 2 * a2[c] + 2 * a3[c] + a4[c])
+        size = math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2])
+        for c in range(3):
+            q[c] /= size
+        along = q[0] * v[0] + q[1] * v[1] + q[2] * v[2]
+        for c in range(3):
+            v[c] -= along * q[c]
     return out
 
 
 @njit(cache=True)
-def _acceleration(q, v, f, length):
-    return -np.dot(v, v) * q - (f - np.dot(q, f) * q) / length
+def _ahead(q, v, q_dot, v_dot, time, q_then, v_then):
+    for c in range(3):
+        q_then[c] = q[c] + time * q_dot[c]
+        v_then[c] = v[c] + time * v_dot[c]
+
+
+@njit(cache=True)
+def _acceleration(q, v, force, row, length, out):
+    fast = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
+    pull = q[0] * force[row, 0] + q[1] * force[row, 1] + q[2] * force[row, 2]
+    for c in range(3):
+        out[c] = -fast * q[c] - (force[row, c] - pull * q[c]) / length
