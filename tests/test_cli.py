@@ -1,11 +1,13 @@
 """The command line's front door: every command loads, errors are one line with their exit status."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
 
 import click
 import pytest
+from click.testing import CliRunner
 
 from infotraj import cli
 
@@ -55,3 +57,63 @@ def test_history_starts_without_what_evaluates_a_model():
         "heavy = {'scipy', 'pandas', 'numba', 'matplotlib'} & set(sys.modules); assert not heavy, heavy"
     )
     subprocess.run([sys.executable, "-c", code], check=True, cwd=Path(__file__).parents[1])
+
+
+def every_command():
+    """Every command with its words: `diagnose`, `vehicle new`, ..."""
+    for name in cli.COMMANDS:
+        command = cli.cli.get_command(None, name)
+        if isinstance(command, click.Group):
+            yield from ((name, inner) for inner in command.commands)
+        yield (name,)
+
+
+@pytest.mark.parametrize("words", list(every_command()), ids=" ".join)
+def test_help_fits_in_80_columns_without_colours(words):
+    done = CliRunner().invoke(cli.cli, [*words, "--help"], terminal_width=80, color=True)
+    assert done.exit_code == 0, done.output
+    assert max(map(len, done.output.splitlines())) <= 80
+    assert "\x1b" not in done.output
+
+
+def test_answers_have_no_colours_even_where_they_are_forced(monkeypatch):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    top = Path(__file__).parents[1]
+    done = run("check", str(top / "examples/quad/flight_0.parquet"))
+    assert done.returncode == 0, done.stderr
+    assert "\x1b" not in done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "offered"),
+    [
+        ("infotraj di", {"diagnose"}),
+        ("infotraj vehicle ", {"new", "check"}),
+        ("infotraj diagnose --ref", {"--reference"}),
+    ],
+)
+def test_a_shell_completes_commands_and_options(words, offered):
+    """As bash asks: the words so far and which of them is being typed."""
+    asked = {"COMP_WORDS": words, "COMP_CWORD": str(len(words.split(" ")) - 1), "_INFOTRAJ_COMPLETE": "bash_complete"}
+    code = "from infotraj.cli import main; main()"
+    done = subprocess.run(
+        [sys.executable, "-c", code], env={**os.environ, **asked}, capture_output=True, text=True, check=True
+    )
+    assert {line.partition(",")[2] for line in done.stdout.splitlines()} == offered
+
+
+def test_the_first_run_says_on_a_terminal_why_it_takes_long(monkeypatch, capsys, tmp_path):
+    (tmp_path / "models").mkdir()
+    monkeypatch.setattr(cli, "__file__", str(tmp_path / "cli.py"))
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    monkeypatch.setattr(sys, "argv", ["infotraj", "diagnose", "m", "f"])
+    cli._said_once("history")
+    assert capsys.readouterr().err == ""
+    cli._said_once("diagnose")
+    assert "first run: compiling" in capsys.readouterr().err
+    (tmp_path / "models" / "__pycache__").mkdir()
+    (tmp_path / "models" / "__pycache__" / "a.nbi").touch()
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    cli._said_once("diagnose")
+    assert capsys.readouterr().err == ""

@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 import yaml
 
+from infotraj.comparing.equation_error import equation_error
 from infotraj.errors import UsageError
 from infotraj.evaluation.proportions import proportion
 from infotraj.experiment import hidden_scoring, hidden_tables
@@ -23,6 +24,7 @@ from infotraj.experiment.hidden_scoring import score_batch
 from infotraj.experiment.hidden_summary import report, summarise
 from infotraj.experiment.hidden_ways import ways_table
 from infotraj.flight import Flight, read_flight
+from infotraj.models import load_model
 from infotraj.plots.hidden_effects import figure_curves
 from infotraj.vehicle import load_vehicle
 
@@ -133,6 +135,20 @@ def test_what_is_given_to_the_diagnosis_tells_nothing(flown):
     assert (flown / "truth/run_0/truth.yaml").is_file()
     truth = yaml.safe_load((flown / "truth/run_0/run.yaml").read_text())
     assert truth["effects"][0]["name"] == "linear_drag"
+
+
+def test_the_scorers_floor_flights_hide_nothing_and_its_held_out_ones_do(flown):
+    """By the right file: the floor flights are at the sensors' noise, those with the hidden effect are not."""
+    model = load_model(flown / "truth/run_0/vehicle.yaml")
+
+    def excess(name):
+        error = equation_error(model, read_flight(flown / f"truth/run_0/{name}_0.parquet"))
+        return max(
+            np.sqrt(np.mean(error.residual[rows, k] ** 2)) / error.floor[k] for k, rows in enumerate(error.scored.T)
+        )
+
+    assert excess("floor") < 1.5
+    assert excess("held_out") > 3.0
 
 
 def test_seeds_fly_other_paths_with_other_values(flown):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import os
 import sys
+from pathlib import Path
 
 import click
 
@@ -15,6 +16,7 @@ from infotraj.errors import InfotrajError
 COMMANDS = {
     "import": ("infotraj.importing.command:import_command", "Turn a log into a flight table."),
     "check": ("infotraj.checking.command:check_command", "Does a log mean what it says?"),
+    "doctor": ("infotraj.describing.doctor:doctor_command", "What stands between a flight and an answer, in a line."),
     "compare": ("infotraj.comparing.command:compare_command", "Model against measurement."),
     "locate": ("infotraj.locating.command:locate_command", "Where a model fails."),
     "diagnose": ("infotraj.diagnosis.report.command:diagnose_command", "Which physical effect a model lacks."),
@@ -22,8 +24,26 @@ COMMANDS = {
     "history": ("infotraj.diagnosis.report.command:history_command", "How the error fell, version by version."),
     "design": ("infotraj.design.command:design_command", "The flight that tells most next."),
     "effects": ("infotraj.effects.command:effects_command", "The catalogue of physical effects."),
+    "vehicle": (
+        "infotraj.describing.command:vehicle_command",
+        "Write a first vehicle file; hold one against a flight.",
+    ),
+    "examples": ("infotraj.examples.command:examples_command", "Copy example flights and vehicle files."),
     "data": ("infotraj.datasets.command:data_command", "Get or list public data sets."),
 }
+
+
+# These compile what they compute with; what is compiled is kept beside the modules, or where NUMBA_CACHE_DIR says.
+_COMPUTING = {"doctor", "compare", "locate", "diagnose", "add"}
+
+
+def _said_once(command: str | None) -> None:
+    """On a terminal, before the first run of a command that compiles: why it takes longer than it will."""
+    compiled = Path(__file__).parent / "models" / "__pycache__"
+    kept_here = "NUMBA_CACHE_DIR" not in os.environ and os.access(compiled.parent, os.W_OK)
+    computing = command in _COMPUTING and not {"-h", "--help"} & set(sys.argv)
+    if computing and sys.stderr.isatty() and kept_here and not any(compiled.glob("*.nbi")):
+        click.echo("first run: compiling, up to a minute; later runs start at once", err=True)
 
 
 class _Commands(click.Group):
@@ -45,8 +65,10 @@ class _Commands(click.Group):
 
 @click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120})
 @click.version_option(__version__, prog_name="infotraj")
-def cli() -> None:
+@click.pass_context
+def cli(context: click.Context) -> None:
     """Finds out what is missing in a robot's model, and collects the flights that teach it."""
+    _said_once(context.invoked_subcommand)
 
 
 def main() -> None:

@@ -187,7 +187,7 @@ def parse_vehicle(content: object, source: str = "vehicle") -> Vehicle:
             problem(
                 f"{source}: holds {type(content).__name__}",
                 "a mapping with name, mass, inertia and rotors",
-                "See config/vehicles/omav.yaml for an example.",
+                "`infotraj vehicle new` writes one.",
             )
         )
     try:

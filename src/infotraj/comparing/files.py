@@ -12,6 +12,7 @@ from typing import Any, Generic, TypeVar
 
 import click
 
+from infotraj import __version__
 from infotraj.checking.acceptance import accepting
 from infotraj.checking.admission import admitted as let_in
 from infotraj.checking.admission import checked, part
@@ -94,11 +95,11 @@ def require_order(start: float | None, stop: float | None) -> None:
 
 
 def write_json(content: dict[str, Any], path: Path) -> None:
-    """Writes JSON, whole or not at all."""
+    """Writes JSON with the version that made it, whole or not at all."""
     part = path.with_name(f".{path.name}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        part.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n")
+        part.write_text(json.dumps({"infotraj": __version__, **content}, indent=2, allow_nan=False) + "\n")
         os.replace(part, path)
     except OSError as error:
         raise InfotrajError(

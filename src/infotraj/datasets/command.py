@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from infotraj import __version__
 from infotraj.datasets.fetch import DATA_SETS, default_root, entries, fetch, present
 
 
@@ -30,7 +31,7 @@ def list_command(root: Path | None, json_file: Path | None) -> None:
         click.echo(f"  {len(here)} of {len(wanted)} files in {root / data_set.name}; licence {data_set.licence}")
         click.echo(f"  source: github.com/{data_set.repository} at {data_set.commit[:12]}")
     if json_file is not None:
-        json_file.write_text(json.dumps({"data_sets": rows}, indent=2) + "\n")
+        json_file.write_text(json.dumps({"infotraj": __version__, "data_sets": rows}, indent=2) + "\n")
 
 
 @data_command.command("get")

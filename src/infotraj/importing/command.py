@@ -10,6 +10,7 @@ from typing import Any
 import click
 import yaml
 
+from infotraj import __version__
 from infotraj.errors import InfotrajError, InputError, UsageError, problem
 
 
@@ -80,7 +81,7 @@ def import_command(
 
     chosen = load_mapping(mapping) if mapping is not None else None
     settings = parse_settings(changes)
-    report: dict[str, Any] = {"flights": [], "rejected": []}
+    report: dict[str, Any] = {"infotraj": __version__, "flights": [], "rejected": []}
     for log, target in zip(logs, targets, strict=True):
         own = settings
         try:

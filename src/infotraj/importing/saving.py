@@ -7,6 +7,7 @@ from pathlib import Path
 
 import yaml
 
+from infotraj import __version__
 from infotraj.errors import InfotrajError, problem
 from infotraj.importing.mapping import Mapping
 from infotraj.importing.mapping_files import load_mapping, shipped
@@ -41,4 +42,5 @@ def write_text(path: Path, text: str) -> None:
 
 
 def _write_yaml(path: Path, content: object) -> None:
-    write_text(path, yaml.safe_dump(content, sort_keys=False, width=110))
+    text = yaml.safe_dump(content, sort_keys=False, width=110)
+    write_text(path, f"# Written by infotraj {__version__}.\n{text}")

@@ -33,10 +33,13 @@ def _interpolate(times, samples, at, widest):
         while k < m - 2 and times[k + 1] <= x:
             k += 1
         if x <= times[0] or x >= times[m - 1]:
-            out[n] = samples[0] if x <= times[0] else samples[m - 1]
+            end = 0 if x <= times[0] else m - 1
+            for j in range(c):
+                out[n, j] = samples[end, j]
             continue
         if x == times[k]:
-            out[n] = samples[k]
+            for j in range(c):
+                out[n, j] = samples[k, j]
             continue
         i = min(max(k - 1, 0), max(m - 4, 0))
         wide = m < 4

@@ -76,7 +76,11 @@ def shares(length, lag, basis):
         moment[0] = 1.0 - math.exp(-rate)
         for degree in range(1, count):
             moment[degree] = 1.0 - degree / rate * moment[degree - 1]
-    return basis @ moment
+    out = np.zeros(count)
+    for node in range(count):
+        for degree in range(count):
+            out[node] += basis[node, degree] * moment[degree]
+    return out
 
 
 @njit(cache=True)
@@ -113,11 +117,44 @@ def _slope(times, values, beside, widest):
         if size < 2:
             continue
         powers = np.ones((last - first + 1, size))
+        normal = np.zeros((size, size))
         for j in range(first, last + 1):
             for degree in range(1, size):
                 powers[j - first, degree] = powers[j - first, degree - 1] * (times[j] - times[k]) / beside
-        weight = np.linalg.solve(powers.T @ powers, powers.T.copy())[1] / beside
+            for a in range(size):
+                for b in range(size):
+                    normal[a, b] += powers[j - first, a] * powers[j - first, b]
+        row = _row_of_inverse(normal, 1)
         for j in range(first, last + 1):
+            weight = 0.0
+            for degree in range(size):
+                weight += powers[j - first, degree] * row[degree] / beside
             for c in range(count):
-                out[k, c] += weight[j - first] * values[j, c]
+                out[k, c] += weight * values[j, c]
+    return out
+
+
+@njit(cache=True)
+def _row_of_inverse(normal, wanted):
+    """Row `wanted` of the inverse of a small positive definite matrix (n, n), which is overwritten: by Cholesky.
+
+    Written out because np.linalg.solve takes longer to compile than all else that a first run compiles for this.
+    """
+    n = len(normal)
+    out = np.zeros(n)
+    out[wanted] = 1.0
+    for i in range(n):
+        for j in range(i + 1):
+            left = normal[i, j]
+            for k in range(j):
+                left -= normal[i, k] * normal[j, k]
+            normal[i, j] = math.sqrt(left) if i == j else left / normal[j, j]
+    for i in range(n):
+        for k in range(i):
+            out[i] -= normal[i, k] * out[k]
+        out[i] /= normal[i, i]
+    for i in range(n - 1, -1, -1):
+        for k in range(i + 1, n):
+            out[i] -= normal[k, i] * out[k]
+        out[i] /= normal[i, i]
     return out

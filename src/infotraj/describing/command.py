@@ -1,0 +1,134 @@
+"""`infotraj vehicle new` and `infotraj vehicle check`."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+
+from infotraj.describing.layouts import LAYOUTS, ORDERS
+from infotraj.errors import UsageError, problem
+from infotraj.options import Several, accept_option
+
+# What must be known: option, question. Further ones are guessed, and the file says so.
+_NEEDED = {
+    "layout": f"Layout ({', '.join(LAYOUTS)})",
+    "order": f"Whose motor order ({', '.join(ORDERS)})",
+    "arm": "From the middle to a rotor's axis, m",
+    "mass": "Mass with its battery, kg",
+    "propeller": "Diameter of a propeller, m",
+}
+_POSITIVE = click.FloatRange(min=0, min_open=True)
+_FLIGHT = click.option("--flight", type=click.Path(path_type=Path), help="A flight to hold the new file against.")
+
+
+@click.group("vehicle")
+def vehicle_command() -> None:
+    """Write a first vehicle file, or hold one against a flight."""
+
+
+@vehicle_command.command("new")
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="The new file, NAME.yaml.")
+@click.option("--layout", type=click.Choice(LAYOUTS), help="Where the rotors stand.")
+@click.option("--order", type=click.Choice(ORDERS), help="Whose order of motors the log has.")
+@click.option("--arm", type=_POSITIVE, help="m, from the middle to a rotor's axis.")
+@click.option("--mass", type=_POSITIVE, help="kg, with the battery.")
+@click.option("--propeller", type=_POSITIVE, help="m, diameter.")
+@click.option(
+    "--input",
+    "kind",
+    type=click.Choice(["speed", "throttle", "thrust"]),
+    help="What the log has of each rotor: rad/s or rpm, 0..1 (PWM, dshot), or N.  [default: speed]",
+)
+@click.option("--hover", type=_POSITIVE, help="Speed (rad/s) or throttle (0..1) of a rotor in hover.")
+@click.option("--thrust-coefficient", type=_POSITIVE, help="N s^2/rad^2, from a stand.")
+@click.option("--moment-constant", type=_POSITIVE, help="m, torque over thrust, from a stand.")
+@click.option("--time-constant", type=_POSITIVE, help="s, of a step on a stand.")
+@click.option("--max-speed", type=_POSITIVE, help="rad/s.")
+@click.option("--inertia", cls=Several, type=_POSITIVE, metavar="XX YY ZZ", help="kg m^2, from CAD or a pendulum.")
+@_FLIGHT
+@click.option("-q", "--quiet", is_flag=True, help="No messages.")
+def new_command(output: Path, kind: str | None, flight: Path | None, quiet: bool, **known: Any) -> None:
+    """Write a commented vehicle file from a few numbers; what is guessed is said to be.
+
+    On a terminal it asks for what is missing. A file that is there is never overwritten.
+    """
+    from infotraj.describing.writing import Asked, vehicle_text
+    from infotraj.importing.saving import write_text
+
+    if output.suffix not in (".yaml", ".yml"):
+        raise UsageError(problem(f"-o {output}", "a name that ends in .yaml", "Rename it."))
+    if output.exists():
+        raise UsageError(problem(f"{output} is there already", "a new file", "Choose another name."))
+    moments = tuple(known.pop("inertia"))
+    if len(moments) not in (0, 3):
+        raise UsageError(problem(f"--inertia with {len(moments)} numbers", "three: xx yy zz", "Correct it."))
+    kind = _completed(known, kind or "speed")
+    text = vehicle_text(Asked(output.stem, input=kind, moments=moments or None, **known))
+    write_text(output, text)
+    click.echo(text, nl=False)
+    if not quiet:
+        click.echo(f"{output}: {text.count(' guessed:') + text.count(' guessed from')} numbers are guessed", err=True)
+    if flight is not None:
+        _held_against(output, flight, ())
+    elif not quiet:
+        click.echo(f"next: infotraj vehicle check {output} FLIGHT", err=True)
+
+
+@vehicle_command.command("check")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("flight", required=False, type=click.Path(path_type=Path))
+@accept_option
+@click.option("-q", "--quiet", is_flag=True, help="No messages.")
+def check_command(file: Path, flight: Path | None, accept: tuple[str, ...], quiet: bool) -> None:
+    """Read FILE; with FLIGHT, say whether thrust, order, spins and inertia agree with it. Exit status 0 either way."""
+    from infotraj.vehicle import load_vehicle
+
+    vehicle = load_vehicle(file)
+    driven = "a wrench" if vehicle.inputs == "wrench" else f"{len(vehicle.rotors)} rotors by {vehicle.rotors[0].input}"
+    unknown = [name for name in ("mass", "inertia") if getattr(vehicle, name) is None]
+    left_out = f"; unknown: {', '.join(unknown)}" if unknown else ""
+    click.echo(f"{file}: {vehicle.name}, {driven}{left_out}")
+    if flight is not None:
+        _held_against(file, flight, accept)
+    if not quiet:
+        click.echo(f"next: infotraj compare {file} {flight or 'FLIGHT'}", err=True)
+
+
+def _completed(known: dict[str, Any], kind: str) -> str:
+    """Fills in what is missing by asking, on a terminal. UsageError, naming all of it, elsewhere."""
+    missing = [name for name in _NEEDED if known[name] is None]
+    if kind == "throttle" and known["hover"] is None:
+        missing.append("hover")
+    if missing and not sys.stdin.isatty():
+        options = ", ".join(f"--{name}" for name in missing)
+        raise UsageError(problem(f"no {options}", "what the file cannot do without", "Add them, or use a terminal."))
+    for name in missing:
+        choices = {"layout": click.Choice(LAYOUTS), "order": click.Choice(ORDERS)}.get(name, _POSITIVE)
+        known[name] = click.prompt(
+            _NEEDED.get(name, "Throttle in hover, 0..1"), type=choices, show_choices=False, err=True
+        )
+    if kind == "throttle" and known["hover"] > 1:
+        raise UsageError(problem(f"--hover {known['hover']:g}", "a throttle of 0..1", "Correct it, or --input."))
+    for name in ("thrust_coefficient", "hover") if kind == "thrust" else ("thrust_coefficient",) * (kind != "speed"):
+        if known[name] is not None:
+            option = f"--{name.replace('_', '-')}"
+            raise UsageError(problem(f"{option} with --input {kind}", "one of them", f"Leave {option} out."))
+    return kind
+
+
+def _held_against(file: Path, flight: Path, accept: tuple[str, ...]) -> None:
+    from infotraj.comparing import files
+    from infotraj.comparing.equation_error import equation_error
+    from infotraj.describing.against import seen
+    from infotraj.models import load_model
+
+    model = load_model(file)
+    let_in = files.admitted(
+        [flight], model.vehicle, lambda f: equation_error(model, f), skip_rejected=False, accept=accept
+    )
+    for one in seen(let_in.found[0]):
+        click.echo(f"{'  ' if one.good else '! '}{one.sentence}")
+    files.say_unmet(accept, let_in.codes)

@@ -1,0 +1,118 @@
+"""What pages show of commands is what the commands print: `python -m infotraj.examples.pages PAGE...` writes it.
+
+In a page (Markdown) a block ```sh with a block ```text right below it is a command and its output. The commands of a
+page run one after another in one new folder that holds `examples` (what `infotraj examples examples` copies); what they
+print to both streams replaces the text. With --check nothing is written: a page whose words differ from what is printed
+now fails, and so does one whose numbers differ by more than a fifth (of the larger; the smallest count as alike).
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import click
+from click.testing import CliRunner
+
+from infotraj.errors import InfotrajError, problem
+from infotraj.examples.command import examples_command
+
+_BLOCK = re.compile(
+    r"^```sh\n(?P<commands>(?:(?!```).*\n)+)```\n\n?```text\n(?P<said>(?:(?!```).*\n)*)```$", re.MULTILINE
+)
+_NUMBER = re.compile(r"(?<![\w/.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w/])")
+_ALIKE = 0.2  # of the larger of two numbers
+_SMALLEST = 0.005
+
+
+@dataclass(frozen=True)
+class Shown:
+    """One block of a page: its commands, what the page says they print, what they print now, and where in the page."""
+
+    commands: str
+    said: str
+    now: str
+    start: int
+    stop: int
+
+
+def run_page(text: str) -> list[Shown]:
+    """Runs the blocks of a page in their order, in one folder. InfotrajError where a command ends by a traceback."""
+    found = []
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        CliRunner().invoke(examples_command, [str(folder / "examples"), "-q"], catch_exceptions=False)
+        for block in _BLOCK.finditer(text):
+            now = _printed(block["commands"], folder)
+            if "Traceback" in now:
+                raise InfotrajError(problem(f"{block['commands'].strip()}: a traceback", "an answer", "Correct it."))
+            found.append(Shown(block["commands"], block["said"], now, block.start("said"), block.end("said")))
+    return found
+
+
+def rewritten(text: str, blocks: list[Shown]) -> str:
+    """The page with what its commands print now."""
+    for block in reversed(blocks):
+        text = text[: block.start] + block.now + text[block.stop :]
+    return text
+
+
+def difference(said: str, now: str) -> str | None:
+    """The first line whose words differ, or whose numbers differ by more than a fifth; None where all are alike.
+
+    The words of a line may come in another order: effects that are not needed are listed by how near they came.
+    """
+    before, after = said.splitlines(), now.splitlines()
+    if len(before) != len(after):
+        return f"{len(before)} lines; now {len(after)}"
+    for one, other in zip(before, after, strict=True):
+        if sorted(_NUMBER.sub("#", one).split()) != sorted(_NUMBER.sub("#", other).split()):
+            return f"{one!r}; now {other!r}"
+        for a, b in zip(map(float, _NUMBER.findall(one)), map(float, _NUMBER.findall(other)), strict=True):
+            if abs(a - b) > max(_ALIKE * max(abs(a), abs(b)), _SMALLEST):
+                return f"{one!r}; now {other!r}"
+    return None
+
+
+def _printed(commands: str, folder: Path) -> str:
+    front = f'infotraj() {{ "{sys.executable}" -m infotraj.cli "$@"; }}\npython() {{ "{sys.executable}" "$@"; }}\n'
+    done = subprocess.run(
+        ["bash", "-c", front + commands],
+        cwd=folder,
+        env={**os.environ, "INFOTRAJ_CACHE": str(folder / ".cache"), "COLUMNS": "80"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+    )
+    lines = done.stdout.replace(f"{folder.resolve()}{os.sep}", "").replace(f"{folder}{os.sep}", "").splitlines()
+    return "".join(f"{line.rstrip()}\n" for line in lines)
+
+
+@click.command()
+@click.argument("pages", nargs=-1, required=True, type=click.Path(path_type=Path, exists=True))
+@click.option("--check", is_flag=True, help="Write nothing; exit status 1 where a page is out of date.")
+def main(pages: tuple[Path, ...], check: bool) -> None:
+    """Writes under the commands of PAGES what they print."""
+    old = 0
+    for page in pages:
+        text = page.read_text()
+        blocks = run_page(text)
+        for block in blocks:
+            changed = difference(block.said, block.now)
+            old += changed is not None
+            if changed is not None:
+                click.echo(f"{page}: {block.commands.strip().splitlines()[0]}: {changed}", err=True)
+        if not check:
+            page.write_text(rewritten(text, blocks))
+        click.echo(f"{page}: {len(blocks)} blocks", err=True)
+    sys.exit(1 if check and old else 0)
+
+
+if __name__ == "__main__":
+    main()
