@@ -30,6 +30,7 @@ from infotraj.trajectories.reference import Reference
 
 COLUMNS = ("task", "prior", "candidate", "seed", "cost", "error", "chosen", "error_before")
 _STRICTER = "Without the candidates that follow the task's own trajectory."
+ALL, OTHER_TRAJECTORIES = "all", "all, without the task's own trajectory"  # rows of the summary beside the tasks
 LEAST_SPREAD = 1e-3  # share of the weight; less is below the resolution of a logged voltage
 
 
@@ -217,7 +218,8 @@ def _generator(seed: int, *names: str) -> np.random.Generator:
 
 
 def summarise_pool(*, table: str | Path, summary: str | Path, markdown: str | Path, seed: int = 0) -> None:
-    """Writes what the choice gained: `summary` (CSV, a row a task and one 'all') and `markdown` (tables, intervals).
+    """Writes what the choice gained: `summary` (CSV, a row a task, one of all, and one without the
+    flights of the task's own trajectory) and `markdown` (tables, intervals).
 
     `seed` draws the bootstrap alone. InputError where `table` is not one that evaluate_pool wrote.
     """
@@ -228,16 +230,23 @@ def summarise_pool(*, table: str | Path, summary: str | Path, markdown: str | Pa
     chosen = pool_choice.choices(rows)
     tasks = pool_choice.by_task(chosen)
     gains = pool_choice.overall(chosen, np.random.default_rng(seed))
-    mean = tasks.drop(columns="task").mean().to_frame().T.assign(task="all")
-    for gain in gains.to_dict("records"):
-        mean[f"low_{gain['against']}"], mean[f"high_{gain['against']}"] = gain["low"], gain["high"]
-    _write(summary, pd.concat([tasks, mean], ignore_index=True).to_csv(index=False, float_format="%.6g"))
+    parts = [tasks, _mean_row(ALL, tasks, gains)]
     other = _other_shapes(rows)
     stricter = None
     if other.any() and not other.all():
         fewer = pool_choice.choices(pool_choice.choose_again(rows, other))
         stricter = pool_choice.overall(fewer, np.random.default_rng(seed))
+        parts.append(_mean_row(OTHER_TRAJECTORIES, pool_choice.by_task(fewer), stricter))
+    _write(summary, pd.concat(parts, ignore_index=True).to_csv(index=False, float_format="%.6g"))
     _write(markdown, _markdown(tasks, gains, stricter, chosen))
+
+
+def _mean_row(name: str, tasks: pd.DataFrame, gains: pd.DataFrame) -> pd.DataFrame:
+    """The mean over the tasks as a row of that name, with the intervals over the tasks."""
+    mean = tasks.drop(columns="task").mean().to_frame().T.assign(task=name)
+    for gain in gains.to_dict("records"):
+        mean[f"low_{gain['against']}"], mean[f"high_{gain['against']}"] = gain["low"], gain["high"]
+    return mean
 
 
 def _other_shapes(rows: pd.DataFrame) -> np.ndarray:
