@@ -29,6 +29,7 @@ from infotraj.informative.region import visited_region
 from infotraj.informative.simulation import EstimateNoise, Simulator
 from infotraj.plots.correlation import TASK
 from infotraj.residual import hyperparameters
+from infotraj.residual.draws import PosteriorDraws
 from infotraj.residual.gaussian_process import GaussianProcess
 from infotraj.residual.subset import farthest_first, k_medoids
 from infotraj.rotations import Array
@@ -59,7 +60,7 @@ def hold_costs(config: ExperimentConfig, plant: str, seed: int, *, task: Path, m
     for group, costs in (
         ("as configured", _configured(simulated, config, fresh)),
         ("kernel", _kernels(simulated, config, fresh)),
-        ("no process", _without_a_process(simulated, config)),
+        ("no process", _without_a_process(simulated)),
         ("affine in the wrench", _affine(simulated, fresh)),
         ("effects", _effects(simulated, config, fresh)),
         ("propagated", _propagated(simulated, config, fresh)),
@@ -89,9 +90,8 @@ def _configured(simulated: Simulated, config: ExperimentConfig, fresh: Callable)
     }
     for name, cost in variants.items():
         yield name, score(simulated, cost, settings, most, fresh("region")).costs.mean(axis=1)
-    few = Simulated(simulated.prior, simulated.draws, simulated.references, simulated.commands[:, :1])
-    one = settings.model_copy(update={"draws": 1, "task_draws": 1})
-    yield "one lengthscale 1, one draw", score(few, Cost(), one, most, fresh("region")).costs.mean(axis=1)
+    few = replace(simulated, commands=simulated.commands[:, :1], task=simulated.task[:1])
+    yield "one lengthscale 1, one draw", score(few, Cost(), settings, most, fresh("region")).costs.mean(axis=1)
 
 
 def _kernels(simulated: Simulated, config: ExperimentConfig, fresh: Callable) -> Named:
@@ -128,14 +128,14 @@ def _kernels(simulated: Simulated, config: ExperimentConfig, fresh: Callable) ->
 def _scored(simulated: Simulated, process: GaussianProcess, config: ExperimentConfig, fresh: Callable) -> Array:
     """The cost by another process, all else as the run's."""
     settings = config.selection
-    where = visited_region(_visited(simulated, settings.task_draws), settings.region_points, fresh("region"))
+    where = visited_region(simulated.visited, settings.region_points, fresh("region"))
     scorer = Scorer(process, where, _POINTS, _farthest)
-    return scorer.costs(simulated.commands[:-1, : settings.draws], fresh("score")).mean(axis=1)
+    return scorer.costs(simulated.commands[:-1], fresh("score")).mean(axis=1)
 
 
-def _without_a_process(simulated: Simulated, config: ExperimentConfig) -> Named:
+def _without_a_process(simulated: Simulated) -> Named:
     flights = simulated.commands[:-1]
-    where = _visited(simulated, config.selection.task_draws)[:: 2 * _THINNED]
+    where = simulated.visited[:: 2 * _THINNED]
     yield (
         "mean distance from the region to the nearest point of the candidate",
         np.array([np.mean([KDTree(one).query(where)[0].mean() for one in draws]) for draws in flights]),
@@ -159,7 +159,7 @@ def _affine(simulated: Simulated, fresh: Callable) -> Named:
     def rows(inputs: Array) -> Rows:
         return in_the_wrench(inputs - middle, 3.0, 0.3)
 
-    where = rows(visited_region(_visited(simulated, 10), _REGION, fresh("region")))
+    where = rows(visited_region(simulated.visited, _REGION, fresh("region")))
     before = rows(simulated.prior.X)
     # columns of the weights: three outputs of one steady and six slopes; 4 to 6 are those against the torque
     slopes = np.concatenate([7 * o + np.arange(4, 7) for o in range(3)])
@@ -183,7 +183,7 @@ def _effects(simulated: Simulated, config: ExperimentConfig, fresh: Callable) ->
     draws = simulated.draws
 
     def rows(reference: Reference) -> list[Rows]:
-        commands, moved = simulator.rollout(reference, _first(draws, 1), fresh("rollout"))
+        commands, moved = simulator.rollout(reference, draws.part(0, 1), fresh("rollout"))
         found = []
         for one, state in zip(commands, moved, strict=True):
             _, columns = effect_columns(vehicle, as_flight(vehicle, reference, one, state))
@@ -213,8 +213,8 @@ def _propagated(simulated: Simulated, config: ExperimentConfig, fresh: Callable)
     vehicle, prior = load_vehicle(config.vehicle), simulated.prior
     noise = EstimateNoise(*config.selection.estimate_noise)
     for name, process in (("fitted kernel", prior), ("one lengthscale 1", _three(prior))):
-        draws = type(simulated.draws).sample(process, fresh("draws"), 2 * _FEW_DRAWS)
-        robots = [replace(draws, **_slice(draws, k)) for k in range(draws.count)]
+        draws = PosteriorDraws.sample(process, fresh("draws"), 2 * _FEW_DRAWS)
+        robots = [draws.part(k, k + 1) for k in range(draws.count)]
         errors = []
         for flights in simulated.commands[:-1]:
             each = []
@@ -237,15 +237,6 @@ def _three(prior: GaussianProcess) -> GaussianProcess:
     return GaussianProcess(prior.X, prior.Y, lengths, np.ones(3), np.full(3, 0.01), prior.prior_mean)
 
 
-def _slice(draws, k: int) -> dict[str, Array]:
-    return {name: getattr(draws, name)[k : k + 1] for name in ("frequencies", "phases", "amplitudes", "update")}
-
-
-def _first(draws, count: int):
-    names = ("frequencies", "phases", "amplitudes", "update")
-    return replace(draws, **{name: getattr(draws, name)[:count] for name in names})
-
-
 def _farthest(X: Array, count: int, rng: np.random.Generator):
     return farthest_first(X, count)
 
@@ -253,10 +244,6 @@ def _farthest(X: Array, count: int, rng: np.random.Generator):
 def _chosen(flight: Array) -> Array:
     thinned = flight[::_THINNED]
     return thinned[farthest_first(thinned, _POINTS)]
-
-
-def _visited(simulated: Simulated, draws: int) -> Array:
-    return simulated.commands[-1, :draws].reshape(-1, simulated.commands.shape[-1])
 
 
 def _geometric_mean(lengthscales: Array) -> Array:

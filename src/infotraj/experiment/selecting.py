@@ -23,12 +23,19 @@ from infotraj.vehicle import Vehicle
 
 @dataclass(frozen=True)
 class Simulated:
-    """References (the task last), and what each would command, (references, draws, n, 6), with draws of `prior`."""
+    """References (the task last), and what each would command with draws of `prior`, (references, draws, n, 6); `task`
+    holds more simulations of the task, (task_draws, n, 6)."""
 
     prior: GaussianProcess
     draws: PosteriorDraws
     references: list[Reference]
     commands: Array
+    task: Array
+
+    @property
+    def visited(self) -> Array:
+        """All inputs that the simulated task visits, (rows, 6)."""
+        return self.task.reshape(-1, self.task.shape[-1])
 
 
 @dataclass(frozen=True)
@@ -90,7 +97,9 @@ def simulate(
     simulator = Simulator(vehicle, prior, config.gains, EstimateNoise(*settings.estimate_noise), threads)
     draws = PosteriorDraws.sample(prior, rng, max(settings.draws, settings.task_draws))
     references = [*candidates, task]
-    return Simulated(prior, draws, references, simulator.commands(references, draws, rng))
+    commands = simulator.commands(references, draws.part(0, settings.draws), rng)
+    visited = simulator.commands([task], draws.part(0, settings.task_draws), rng)[0]
+    return Simulated(prior, draws, references, commands, visited)
 
 
 def score(
@@ -108,15 +117,15 @@ def score(
     process = of_one_lengthscale(prior, cost.lengthscale, cost.noise) if fixed else prior
     subset: Subset = k_medoids if cost.subset == "medoids" else (lambda X, count, _: farthest_first(X, count))
     scorer = Scorer(process, where, cost.points or points, subset, threads)
-    return Scored(simulated.references, commands, scorer.costs(commands[:, : settings.draws], rng), where, radius)
+    return Scored(simulated.references, commands, scorer.costs(commands, rng), where, radius)
 
 
 def _region(
     cost: Cost, settings: Selection, simulated: Simulated, rng: np.random.Generator
 ) -> tuple[Array, float | None]:
-    commands = simulated.commands[-1, : settings.task_draws]
-    visited = commands.reshape(-1, commands.shape[-1])
+    visited = simulated.visited
     if cost.region == "visited":
         return region.visited_region(visited, settings.region_points, rng), None
-    radius = cost.epsilon or region.epsilon(simulated.prior, simulated.draws, simulated.commands[-1])
+    flown = simulated.draws.part(0, len(simulated.task))
+    radius = cost.epsilon or region.epsilon(simulated.prior, flown, simulated.task)
     return region.uniform_region(visited, radius, settings.region_points, rng), radius
