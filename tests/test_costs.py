@@ -1,12 +1,14 @@
 """Costs beside the run's: the prior that knows physics, the effects' columns, and what a choice was worth."""
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
 
 from infotraj.errors import InputError
 from infotraj.experiment import references
-from infotraj.experiment.config import ExperimentConfig
+from infotraj.experiment.config import Cost, ExperimentConfig, read
 from infotraj.experiment.costs import LITERAL, OURS
 from infotraj.experiment.costs_summary import choices, of_costs, of_sizes, summarise
 from infotraj.experiment.effect_columns import effect_columns
@@ -117,13 +119,20 @@ def test_what_a_choice_was_worth(tmp_path):
     first = of_sizes(found).splitlines()[2]
     assert "| -0.2500 [-0.2500, -0.2500] |" in first
     assert "| 100 % |" in first
-    assert "| 33.3 [33.3, 33.3] |" in first
+    assert "| 33.3 [33.3, 33.3] | 16.7 [16.7, 16.7] | 33.3 [33.3, 33.3] |" in first
     flown, costs = a_table()
     flown.to_csv(tmp_path / "h.csv", index=False)
     costs.to_csv(tmp_path / "c.csv", index=False)
     outputs = {"table": tmp_path / "t.csv", "markdown": tmp_path / "t.md"}
     summarise(hindsight=[tmp_path / "h.csv"], costs=[tmp_path / "c.csv"], **outputs)
     assert "6 candidates a run" in outputs["markdown"].read_text()
+
+
+@pytest.mark.parametrize("name", ["development", "unseen"])
+def test_the_committed_studies_are_configurations_of_plants_that_are_there(name):
+    config = read(f"config/studies/hindsight_{name}.yaml")
+    assert config.selection.cost == Cost(), "what is reported is what the run uses"
+    assert all(Path(f"config/plants/{plant}.yaml").exists() for plant in config.plants)
 
 
 def test_a_run_without_costs_is_one_clear_line():

@@ -109,7 +109,10 @@ def of_sizes(found: pd.DataFrame) -> str:
         for plant in ["all", *dict.fromkeys(part["plant"])]:
             of_plant = part if plant == "all" else part[part["plant"] == plant]
             for points, at in of_plant.groupby("points"):
-                gain = bootstrap_mean(100.0 * (1.0 - at["chosen"] / at["task"]), at["plant"])
+                gains = [
+                    bootstrap_mean(100.0 * (1.0 - at[who] / at["task"]), at["plant"])
+                    for who in ("chosen", "mean", "best")
+                ]
                 rows.append(
                     [
                         name,
@@ -118,7 +121,7 @@ def of_sizes(found: pd.DataFrame) -> str:
                         _text(bootstrap_mean(at["chosen"] - at["mean"], at["plant"]), 4),
                         _text(bootstrap_mean(at["best"] - at["mean"], at["plant"]), 4),
                         f"{100.0 * (at['mean'] - at['chosen']).sum() / (at['mean'] - at['best']).sum():.0f} %",
-                        _text(gain, 1),
+                        *(_text(gain, 1) for gain in gains),
                         f"{at['rank'].median():+.2f}",
                     ]
                 )
@@ -130,6 +133,8 @@ def of_sizes(found: pd.DataFrame) -> str:
         "best minus random",
         "share of hindsight",
         "gain over the task's flight [%]",
+        "that of random",
+        "that of the best",
         "rank correlation, median",
     ]
     return as_markdown(header, rows)
