@@ -43,8 +43,8 @@ class Settings:
     prior_points, added_points: k-medoids points of the slow flight and of a candidate. rows_between: of the 10 ms rows
     one in so many is used, for the filter of 0.3 s leaves no more in them. region: 'recorded' takes the task's inputs
     from its record, 'planned' from its set-points alone. fill: 'uniform' is eq. 14, 'visited' the visited inputs
-    themselves. restarts: starts of the hyperparameter search. lengthscale: of the kernel that the cost is taken with, in
-    scaled inputs, the same for all (`informative.cost.of_one_lengthscale`); None: the prior model's own kernel.
+    themselves. restarts: starts of the hyperparameter search. lengthscale: of the kernel that the cost is taken with,
+    in scaled inputs, all alike (`informative.cost.of_one_lengthscale`); None: the prior model's own kernel.
     """
 
     prior_points: int = 20

@@ -8,6 +8,7 @@ from pathlib import Path
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from infotraj.errors import InputError, problem
 from infotraj.evaluation.intervals import bootstrap_mean
@@ -56,7 +57,11 @@ def draw_figure_4(table: pd.DataFrame) -> Figure:
     rows[1, 0].set_ylabel("its std in flight [rad/s$^2$]")
     rows[2, 0].set_ylabel("gain of informative [%]")
     for axes in rows[:2].flat:
-        axes.set_ylim(bottom=0.0)
+        # a model of the task's flight that fails is ten times worse than the others; gains are ratios anyway
+        axes.set_yscale("log")
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.yaxis.set_minor_formatter(NullFormatter())
     entries = {}
     for axes in rows.flat:
         entries |= dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
