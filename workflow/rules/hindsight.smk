@@ -39,7 +39,16 @@ rule costs_run:
         mem_mb=1500,
     params:
         code=code("costs"),
-        settings=settings("vehicle", "base_seed", "deviations", "selection", "learning", "gains", "added_points"),
+        settings=settings(
+            "vehicle",
+            "base_seed",
+            "deviations",
+            "selection",
+            "learning",
+            "gains",
+            "added_points",
+            "hindsight",
+        ),
     script:
         "../scripts/hold_costs.py"
 

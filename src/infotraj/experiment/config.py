@@ -113,6 +113,16 @@ class Correlation(_Strict):
     points: Count = Field(40, description="points learned from each")
 
 
+class Hindsight(_Strict):
+    """Which costs are held against the errors of all candidates."""
+
+    costs: tuple[Literal["configured", "kernel", "no process", "affine", "effects", "propagated"], ...] = Field(
+        ("configured", "kernel", "no process", "affine", "effects", "propagated"),
+        min_length=1,
+        description="groups of costs; the last two take longer than all others together",
+    )
+
+
 class Pool(_Strict):
     """The scenario on recorded real flights."""
 
@@ -258,6 +268,7 @@ class ExperimentConfig(_Strict):
     learning: Learning = Learning()
     selection: Selection = Selection()
     correlation: Correlation = Correlation()
+    hindsight: Hindsight = Hindsight()
     gains: Gains = Gains()
     data_dir: str | None = Field(None, description="folder of the real flights where INFOTRAJ_DATA is not set")
     pool: Pool = Pool()

@@ -57,15 +57,16 @@ def hold_costs(config: ExperimentConfig, plant: str, seed: int, *, task: Path, m
         return generator(config.base_seed, plant, seed, "costs", what)
 
     rows = []
-    for group, costs in (
-        ("as configured", _configured(simulated, config, fresh)),
-        ("kernel", _kernels(simulated, config, fresh)),
-        ("no process", _without_a_process(simulated)),
-        ("affine in the wrench", _affine(simulated, fresh)),
-        ("effects", _effects(simulated, config, fresh)),
-        ("propagated", _propagated(simulated, config, fresh)),
-    ):
-        for name, values in costs:
+    groups = {
+        "configured": _configured(simulated, config, fresh),
+        "kernel": _kernels(simulated, config, fresh),
+        "no process": _without_a_process(simulated),
+        "affine": _affine(simulated, fresh),
+        "effects": _effects(simulated, config, fresh),
+        "propagated": _propagated(simulated, config, fresh),
+    }
+    for group in config.hindsight.costs:
+        for name, values in groups[group]:
             rows += [
                 {"plant": plant, "seed": seed, "group": group, "cost": name, "candidate": k, "value": value}
                 for k, value in zip([*range(len(candidates)), TASK], values, strict=False)
