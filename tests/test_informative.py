@@ -3,22 +3,31 @@
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.stats import kstest
 
 from infotraj import rotations
 from infotraj.control.gains import Gains
+from infotraj.experiment import choosing
+from infotraj.experiment.config import load
 from infotraj.informative import region
-from infotraj.informative.cost import Scorer
+from infotraj.informative.cost import Scorer, of_one_lengthscale
 from infotraj.informative.simulation import EstimateNoise, Simulator, _advance
 from infotraj.residual.draws import MarginalDraws, PosteriorDraws
 from infotraj.residual.gaussian_process import GaussianProcess
 from infotraj.residual.subset import k_medoids
+from infotraj.trajectories.reference import read_reference
 from infotraj.trajectories.tasks import figure_eight
 from infotraj.vehicle import load_vehicle
 
-OMAV = load_vehicle(Path(__file__).parents[1] / "config" / "vehicles" / "omav.yaml")
+CONFIG = Path(__file__).parents[1] / "config"
+OMAV = load_vehicle(CONFIG / "vehicles" / "omav.yaml")
 TASK = figure_eight(np.radians(26), 6, 1, 0.01)
+
+
+def first_rows(X, count, rng):
+    return np.arange(count)
 
 
 def a_process(noise=0.01, bias=(0.0, 0.0, 0.0)):
@@ -108,8 +117,8 @@ def test_cost_falls_with_points_and_is_the_conditioned_variance():
     process, rng = a_process(), np.random.default_rng(4)
     flights = rng.uniform(-1, 1, (3, 2, 400, 6)) * [4, 4, 1, 1, 1, 1] + [0, 0, 9, 0, 0, 0]
     where = rng.uniform(-1, 1, (200, 6)) * [4, 4, 1, 1, 1, 1] + [0, 0, 9, 0, 0, 0]
-    few = Scorer((process,), where, 5).costs(flights, np.random.default_rng(0))
-    many = Scorer((process,), where, 60, threads=2).costs(flights, np.random.default_rng(0))
+    few = Scorer(process, where, 5, k_medoids).costs(flights, np.random.default_rng(0))
+    many = Scorer(process, where, 60, k_medoids, threads=2).costs(flights, np.random.default_rng(0))
     assert few.shape == (3, 2)
     assert (many < few).all()
     assert (few < process.variance(where).sum() / 200).all()
@@ -150,27 +159,52 @@ def test_fresh_marginal_draws_shake_the_commands_more_than_one_consistent_functi
     assert fresh[0].mean(axis=1).std(axis=0)[3:].sum() < one[0].mean(axis=1).std(axis=0)[3:].sum()
 
 
-def test_a_shaken_flight_counts_less_and_nothing_changes_without_a_response_time():
-    """The same inputs in another order: only their rate differs, so only the rate's noise can tell them apart."""
-    process, rng = a_process(), np.random.default_rng(6)
-    calm = np.sort(rng.uniform(-4, 4, (1, 1, 400, 6)), axis=2) + np.array([0, 0, 9, 0, 0, 0])
-    flights = np.concatenate([calm, calm[:, :, rng.permutation(400)]])
-    where = calm[0, 0, ::4]
-    plain = Scorer((process,), where, 400).costs(flights, np.random.default_rng(0))[:, 0]
-    aware = Scorer((process,), where, 400, response_time=0.02, period=0.05).costs(flights, np.random.default_rng(0))[
-        :, 0
-    ]
-    assert plain[1] == pytest.approx(plain[0], rel=1e-6)
-    assert aware[0] > plain[0]
-    assert aware[1] > 1.5 * aware[0]
-    rate = np.gradient(flights[:, 0, :, 3:], 0.05, axis=1)
-    noise = 0.02**2 * (rate**2).sum(axis=-1).mean(axis=-1)
-    heavy = GaussianProcess(
-        process.X, process.Y, process.lengthscales, process.signal_variance, process.noise_variance, process.prior_mean
-    )
-    K = [heavy.covariance(np.concatenate([flights[1, 0], where]))[o] for o in range(3)]
-    left = 0.0
-    for o in range(3):
-        S = K[o][:400, :400] + (process.noise_variance[o] + noise[1]) * np.eye(400)
-        left += np.trace(K[o][400:, 400:] - K[o][400:, :400] @ np.linalg.solve(S, K[o][:400, 400:]))
-    assert aware[1] == pytest.approx(left / len(where), rel=1e-6)
+def test_the_fixed_kernel_sees_every_input_alike_and_the_fitted_one_does_not():
+    """A flight that moved one input only: the fit may call the others irrelevant, one lengthscale may not."""
+    rng = np.random.default_rng(7)
+    X = np.zeros((20, 6))
+    X[:, 0] = rng.uniform(-3, 3, 20)
+    long = np.array([[1.0, 100, 100, 100, 100, 100]])
+    fitted = GaussianProcess(X, np.zeros((20, 1)), long, np.ones(1), np.full(1, 0.01), np.zeros(1))
+    fixed = of_one_lengthscale(fitted, 1.0, 0.1)
+    assert fixed.m == 1
+    assert fixed.noise_variance == pytest.approx(0.01)
+    where = np.zeros((50, 6))
+    where[:, 3] = np.linspace(-3, 3, 50)
+    np.testing.assert_allclose(fixed.variance(where).ravel(), 1 - np.exp(-(where[:, 3] ** 2)), atol=0.02)
+    assert fitted.variance(where).max() < 0.01
+    along, across = np.zeros((1, 1, 40, 6)), np.zeros((1, 1, 40, 6))
+    along[..., 0], across[..., 3] = np.linspace(-4, 4, 40), np.linspace(-3, 3, 40)
+    scorer = Scorer(fixed, where, 40, first_rows)
+    costs = [scorer.costs(flight, np.random.default_rng(0)).item() for flight in (along, across)]
+    assert costs[1] < 0.1 * costs[0], "it is the other input that the region needs"
+
+
+def test_chance_chooses_among_the_same_candidates_and_both_costs_score_the_same_flights(tmp_path):
+    selection = {"candidates": 3, "draws": 2, "task_draws": 3, "region_points": 60}
+    config = load({"vehicle": str(CONFIG / "vehicles" / "omav.yaml"), "selection": selection})
+    TASK.write(tmp_path / "task.csv")
+    a_process(noise=0.2).save(tmp_path / "prior.npz")
+    inputs = {"task": tmp_path / "task.csv", "model": tmp_path / "prior.npz"}
+    candidates = choosing.candidates_of(config, "omav_a", 0, 1, TASK)
+    tables, regions = {}, {}
+    for source in ("informative", "paper"):
+        files = {k: tmp_path / f"{k}_{source}" for k in ("reference", "costs")}
+        files["region"] = tmp_path / f"region_{source}.npz"
+        choosing.choose(config, "omav_a", 0, 1, source, **inputs, **files)
+        tables[source], regions[source] = pd.read_csv(files["costs"]), np.load(files["region"])
+        chosen = tables[source]["chosen"].to_numpy().argmax()
+        assert chosen == tables[source]["cost"][:3].argmin()
+        np.testing.assert_allclose(read_reference(files["reference"]).rate, candidates[chosen].rate, atol=1e-8)
+    assert np.isnan(regions["informative"]["epsilon"])
+    assert regions["paper"]["epsilon"] > 0
+    assert len(regions["paper"]["region"]) == 60
+    chosen_by_chance = set()
+    for seed in range(8):
+        out = tmp_path / f"random_{seed}.csv"
+        choosing.choose_random(config, "omav_a", seed, 1, task=inputs["task"], reference=out)
+        own = choosing.candidates_of(config, "omav_a", seed, 1, TASK)
+        distance = [np.abs(read_reference(out).rate - candidate.rate).max() for candidate in own]
+        assert min(distance) < 1e-8
+        chosen_by_chance.add(int(np.argmin(distance)))
+    assert len(chosen_by_chance) > 1

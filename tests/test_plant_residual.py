@@ -12,7 +12,7 @@ from infotraj.robots.plant.truth import Interference, Truth, load_truth
 from infotraj.vehicle import load_vehicle
 
 OMAV_FILE = Path("config/vehicles/omav.yaml")
-FILES = [Path(f"config/plants/omav_{letter}.yaml") for letter in "abc"]
+FILES = [Path(f"config/plants/omav_{letter}.yaml") for letter in "abcdef"]
 OMAV = load_vehicle(OMAV_FILE)
 
 

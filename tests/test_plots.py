@@ -105,15 +105,17 @@ def attitudes(lag: float = 0.0, noise: float = 0.0) -> np.ndarray:
 
 CLAIMS = pd.DataFrame(
     [
-        ("average gain of the informative flight, four data sizes [%]", 13.3, 24.71, 18.2, 31.0, True),
-        ("rank correlation of cost and error, median over seeds", "clear", 0.41, 0.2, 0.55, False),
+        ("average gain of the informative flight, four data sizes [%]", 13.3, 24.71, 18.2, 31.0, "yes"),
+        ("rank correlation of cost and error, median over seeds", "clear", 0.41, 0.2, 0.55, "no"),
     ],
     columns=claims.COLUMNS,
 )
 
 FIGURES: dict[str, Callable[[Path, Path], None]] = {
     "figure_2": lambda a, b: correlation.figure_2(correlation_table(2, 6, PLANTS[:1]), a, b),
-    "figure_3": lambda a, b: sphere.figure_3(attitudes(), attitudes(0.1, 2e-3), attitudes(0.2, 4e-3), a, b),
+    "figure_3": lambda a, b: sphere.figure_3(
+        attitudes(), {"informative": attitudes(0.1, 2e-3), "task": attitudes(0.2, 4e-3)}, a, b
+    ),
     "figure_4": lambda a, b: learning_curve.figure_4(learning_table(3, PLANTS[:1]), a, b),
     "figure_5": lambda a, b: phase.figure_5(phase_table(26), phase_table(43), a, b),
     "costs": lambda a, b: cost.figure_costs(cost_table(), a, b),
@@ -161,7 +163,7 @@ def test_no_rows_is_one_clear_line(tmp_path: Path) -> None:
 
 def test_attitudes_of_another_shape_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"task has shape \(400, 3\)"):
-        sphere.figure_3(attitudes(), attitudes(), attitudes()[:, :3], tmp_path / "f.pdf", tmp_path / "f.png")
+        sphere.figure_3(attitudes(), {"task": attitudes()[:, :3]}, tmp_path / "f.pdf", tmp_path / "f.png")
 
 
 def scattered(axes: Axes) -> int:
@@ -181,6 +183,15 @@ def test_figure_2_draws_every_flight() -> None:
     drawn = panels(correlation.draw_figure_2(table))
     assert len(drawn) == 3
     assert [scattered(a) for a in drawn] == [4 * 13] * 3
+
+
+def test_figure_2_has_a_row_of_panels_for_the_papers_cost_where_it_is_there() -> None:
+    table = correlation_table(seeds=4, candidates=12)
+    drawn = panels(correlation.draw_figure_2(table.assign(cost_paper=-table["cost"])))
+    assert [scattered(a) for a in drawn] == [4 * 13] * 6
+    medians = [float(a.get_title().split("median ")[1].split(",")[0]) for a in drawn]
+    assert medians[3:] == [-m for m in medians[:3]]
+    assert drawn[3].get_xlabel().startswith("the paper's cost")
 
 
 def test_figure_2_of_one_seed_shows_the_spread_as_the_paper_does() -> None:
@@ -209,8 +220,18 @@ def test_figure_4_draws_every_run_and_the_paired_gain() -> None:
     assert sorted(dots(drawn[2, 1])) == pytest.approx(sorted(expected))
 
 
+def test_figure_4_shows_the_controls_and_the_gain_over_chance() -> None:
+    table = learning_table(seeds=5)
+    chance = table[table["source"] == "task"].assign(source="random", error=lambda rows: 0.9 * rows["error"])
+    drawn = np.array(panels(learning_curve.draw_figure_4(pd.concat([table, chance])))).reshape(3, 3)
+    assert "over random" in drawn[2, 0].get_title()
+    both = [learning_curve.paired_gains(pd.concat([table, chance]), over=o) for o in ("task", "random")]
+    part = pd.concat(both)
+    assert sorted(dots(drawn[2, 0])) == pytest.approx(sorted(part.loc[part["plant"] == "omav_a", "gain"]))
+
+
 def test_an_unknown_source_is_one_clear_line(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="source other; expected none, prior, task, informative"):
+    with pytest.raises(InputError, match="source other; expected none, prior, task, random, paper, informative"):
         learning_curve.figure_4(learning_table(2).assign(source="other"), tmp_path / "f.pdf", tmp_path / "f.png")
 
 
@@ -257,11 +278,20 @@ def test_table_1_pairs_the_seeds_and_keeps_the_papers_numbers() -> None:
     summary = table_1.summarised(reduction_table()).set_index(["source", "plant", "axis"])
     rows = reduction_table().pivot_table(index=["plant", "seed"], columns=["axis", "source"], values="reduction")
     paired = rows[("z", "informative")] - rows[("z", "task")]
-    found = summary.loc[("difference", "all", "z")]
+    found = summary.loc[("over_task", "all", "z")]
     assert found["mean"] == pytest.approx(paired.mean())
     assert found["low"] < found["mean"] < found["high"]
     assert summary.loc[("informative", "omav_a", "y"), "paper"] == 57.9
     assert summary.loc[("task", "omav_a", "x"), "runs"] == 5
+
+
+def test_table_1_compares_with_chance_where_chance_flew() -> None:
+    table = reduction_table()
+    chance = table[table["source"] == "task"].assign(source="random", reduction=lambda rows: rows["reduction"] - 1.0)
+    summary = table_1.summarised(pd.concat([table, chance])).set_index(["source", "plant", "axis"])
+    over = summary["mean"].loc[["over_random", "over_task"], "all", "x"]
+    assert over["over_random"].item() == pytest.approx(over["over_task"].item() + 1.0)
+    assert pd.isna(summary.loc[("random", "all", "x"), "paper"])
 
 
 def test_table_1_as_text(tmp_path: Path) -> None:
@@ -279,9 +309,9 @@ def test_claims_say_yes_and_no(tmp_path: Path) -> None:
     assert lines[3].endswith("| clear | 0.41 | [0.2, 0.55] | no |")
 
 
-def test_claims_that_are_neither_true_nor_false_are_refused(tmp_path: Path) -> None:
+def test_claims_that_are_neither_of_the_three_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="holds is 'perhaps'"):
-        claims.claims_table(CLAIMS.astype({"holds": object}).assign(holds="perhaps"), tmp_path / "c.md")
+        claims.claims_table(CLAIMS.assign(holds="perhaps"), tmp_path / "c.md")
 
 
 def test_text_stays_in_its_column() -> None:

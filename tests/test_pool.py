@@ -114,8 +114,9 @@ def small_pool():
     return Pool(flights)
 
 
-def test_the_flight_that_covers_the_task_is_chosen_and_teaches_most():
-    settings = stage.Settings(region_points=150, restarts=1)
+@pytest.mark.parametrize("lengthscale", [None, 1.0])
+def test_the_flight_that_covers_the_task_is_chosen_and_teaches_most(lengthscale):
+    settings = stage.Settings(region_points=150, restarts=1, lengthscale=lengthscale)
     table = stage.judge(small_pool(), [0], settings)
     assert list(table.columns) == list(stage.COLUMNS)
     assert (table["candidate"] != table["task"]).all()

@@ -96,6 +96,7 @@ def test_every_input_goes_to_its_own_draw():
     U = np.random.default_rng(1).normal(size=(3, 4, 6))
     for k in range(3):
         np.testing.assert_array_equal(draws(U)[k], draws(U[k])[k])
+        np.testing.assert_array_equal(draws(U)[k], draws.part(k, k + 1)(U[k])[0])
     with pytest.raises(ValueError, match="inputs of shape"):
         draws(U[:2])
     with pytest.raises(ValueError, match="at least 1"):

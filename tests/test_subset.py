@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 
-from infotraj.residual.subset import LARGEST, k_medoids
+from infotraj.residual.subset import LARGEST, farthest_first, k_medoids
 
 
 def loss(X: np.ndarray, chosen) -> float:
@@ -20,6 +20,21 @@ def test_finds_the_best_medoids_of_a_small_set():
     best = min(loss(X, c) for c in itertools.combinations(range(14), 3))
     found = min(loss(X, k_medoids(X, 3, np.random.default_rng(s))) for s in range(5))
     assert found == pytest.approx(best)
+
+
+def test_farthest_first_covers_what_a_flight_reached_to_within_twice_the_best():
+    """k-medoids follow where the flight mostly is; the traversal also holds what it reached once."""
+    X = np.random.default_rng(3).normal(size=(12, 2))
+
+    def reach(chosen) -> float:
+        return float(np.linalg.norm(X[:, None] - X[list(chosen)], axis=2).min(axis=1).max())
+
+    assert reach(farthest_first(X, 4)) <= 2 * min(reach(c) for c in itertools.combinations(range(12), 4))
+    flight = np.concatenate([0.1 * np.random.default_rng(4).normal(size=(400, 6)), np.full((1, 6), 9.0)])
+    assert 400 in farthest_first(flight, 2)
+    assert sorted(farthest_first(flight, 500)) == list(range(401))
+    with pytest.raises(ValueError, match="finite"):
+        farthest_first(np.full((3, 2), np.nan), 2)
 
 
 def test_one_medoid_a_cluster_wherever_the_origin():

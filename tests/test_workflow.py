@@ -102,9 +102,10 @@ def planned(project: Path, *arguments: str, **more: str) -> dict[str, int]:
 
 def test_the_quick_graph_has_every_stage(project):
     jobs = planned(project, config="config/quick.yaml")
-    assert jobs["fly"] == 2 * 4, "prior, test, task and informative flight of two seeds"
-    assert jobs["learn"] == 2 * 2
-    assert jobs["validate"] == jobs["record"] == jobs["correlate"] == jobs["choose_informative"] == 2
+    assert jobs["fly"] == 2 * 6, "prior, test, task, random, paper and informative flight of two seeds"
+    assert jobs["learn"] == 2 * 4
+    assert jobs["choose"] == 2 * 2, "our cost and the paper's"
+    assert jobs["validate"] == jobs["record"] == jobs["correlate"] == jobs["choose_random"] == 2
     assert {"figure_2", "figure_3", "figure_4", "figure_5", "table_1", "claims", "figure_costs"} <= set(jobs)
     assert {"hidden_summary", "hidden_today_1", "story", "points_needed"} <= set(jobs)
     assert "judge_pool" not in jobs, "there are no real flights here"
@@ -113,8 +114,9 @@ def test_the_quick_graph_has_every_stage(project):
 def test_rounds_repeat_the_loop(project):
     (project / "two.yaml").write_text(TINY + "iterations: 2\n")
     once, twice = planned(project), planned(project, config="two.yaml")
-    assert twice["choose_informative"] == twice["validate"] == 2
-    assert twice["fly"] == once["fly"] + 2
+    assert twice["choose"] == 2 * once["choose"] == 4
+    assert twice["validate"] == 2
+    assert twice["fly"] == once["fly"] + 4
     assert twice["learn"] == 2 * once["learn"]
 
 
@@ -170,7 +172,7 @@ def append(project: Path, module: str, text: str) -> None:
 
 
 FIGURES = {"figure_2", "figure_3", "figure_4", "figure_5", "figure_costs", "table_1", "claims"}
-LEARNED = {"learn_prior", "learn", "choose_informative", "fly", "correlate", "validate_start", "validate"}
+LEARNED = {"learn_prior", "learn", "choose", "fly", "correlate", "validate_start", "validate"}
 
 
 def test_a_finished_experiment_has_nothing_to_do_and_a_remark_changes_nothing(finished):

@@ -1,33 +1,55 @@
-"""Candidates, simulation, region, cost and choice (eq. 12 to 18)."""
+"""Candidates, simulation, region, cost and choice (eq. 12 to 18); the controls choose among the same candidates."""
 
 
-rule choose_informative:
+rule choose:
     input:
         vehicle=CONFIG.vehicle,
         task=TASK,
-        model=lambda wildcards: start_model(RUN, "informative", wildcards.round),
+        model=lambda wildcards: start_model(RUN, wildcards.source, wildcards.round),
     output:
-        reference=f"{ROUND}/informative.csv",
-        costs=f"{ROUND}/costs.csv",
-        region=f"{ROUND}/region.npz",
+        reference=f"{ROUND}/{{source}}.csv",
+        costs=f"{ROUND}/costs_{{source}}.csv",
+        region=f"{ROUND}/region_{{source}}.npz",
     log:
-        f"{RUN_LOG}/round{{round}}/choose_informative.log",
+        f"{RUN_LOG}/round{{round}}/choose_{{source}}.log",
     benchmark:
-        f"{RUN_BENCHMARK}/round{{round}}/choose_informative.tsv"
+        f"{RUN_BENCHMARK}/round{{round}}/choose_{{source}}.tsv"
+    wildcard_constraints:
+        source="informative|paper",
     threads: 1
     resources:
         mem_mb=1500,
     params:
         code=code("choosing"),
-        settings=settings("vehicle", "base_seed", "deviations", "selection", "learning", "gains", "added_points"),
+        settings=settings("vehicle", "base_seed", "deviations", "selection", "gains", "added_points"),
     script:
-        "../scripts/choose_informative.py"
+        "../scripts/choose.py"
+
+
+rule choose_random:
+    input:
+        vehicle=CONFIG.vehicle,
+        task=TASK,
+    output:
+        reference=f"{ROUND}/random.csv",
+    log:
+        f"{RUN_LOG}/round{{round}}/choose_random.log",
+    benchmark:
+        f"{RUN_BENCHMARK}/round{{round}}/choose_random.tsv"
+    threads: 1
+    resources:
+        mem_mb=500,
+    params:
+        code=code("choosing"),
+        settings=settings("vehicle", "base_seed", "deviations", "selection"),
+    script:
+        "../scripts/choose_random.py"
 
 
 rule simulate_chosen:
     input:
         vehicle=CONFIG.vehicle,
-        reference=rules.choose_informative.output.reference,
+        reference=f"{ROUND}/informative.csv",
         model=lambda wildcards: start_model(RUN, "informative", wildcards.round),
     output:
         rollout=f"{ROUND}/rollout.parquet",

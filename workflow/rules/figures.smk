@@ -28,9 +28,8 @@ rule figure_2:
 
 rule figure_3:
     input:
+        **{source: f"{SHOWN}/validation/task/{source}_plus{LARGEST}.parquet" for source in SOURCES},
         reference=TASK,
-        informative=f"{SHOWN}/validation/task/informative_plus{LARGEST}.parquet",
-        task=f"{SHOWN}/validation/task/task_plus{LARGEST}.parquet",
     output:
         pdf=report(
             "results/figures/figure_3.pdf",
@@ -106,7 +105,7 @@ rule figure_5:
 
 rule figure_costs:
     input:
-        table=f"{ROUND}/costs.csv",
+        table=f"{ROUND}/costs_informative.csv",
     output:
         pdf=f"{ROUND}/figure_costs.pdf",
         png=report(

@@ -28,6 +28,22 @@ rule publish:
         "(cp {input.named} docs/results/ && cp {input.loop} docs/results/closed_loop.md) 2> {log}"
 
 
+rule publish_hindsight:
+    input:
+        markdown="results/hindsight.md",
+    output:
+        markdown=f"docs/results/hindsight_base_seed_{CONFIG.base_seed}.md",
+    log:
+        "results/logs/publish_hindsight.log",
+    benchmark:
+        "results/benchmarks/publish_hindsight.tsv"
+    threads: 1
+    resources:
+        mem_mb=100,
+    shell:
+        "cp {input.markdown} {output.markdown} 2> {log}"
+
+
 # What `hidden_effects_so_far` made, of a whole study or of a part of one.
 rule publish_hidden_effects:
     input:

@@ -6,7 +6,9 @@ OWN_VEHICLE = CONFIG.execution == "log"
 PLANTS = ["own"] if OWN_VEHICLE else list(CONFIG.plants)
 SEEDS = list(range(CONFIG.seeds))
 ROUNDS = list(range(1, CONFIG.iterations + 1))
-SOURCES = ["task", "informative"]
+# Who chooses the flight that is learned from: nobody (the task again), chance, the paper's cost word for word, ours. A
+# vehicle of your own flies no controls.
+SOURCES = ["task", "informative"] if OWN_VEHICLE else ["task", "random", "paper", "informative"]
 TASK, MODIFIED, PITCH = (f"results/references/{name}.csv" for name in ("task", "modified", "pitch"))
 
 # One run of the experiment: one plant, one seed; and one round of it: choose, fly, learn.
@@ -35,7 +37,7 @@ wildcard_constraints:
     seed=r"\d+",
     round=r"[1-9]\d*",
     source="|".join(SOURCES),
-    flight=r"prior|test|(task|informative)_[1-9]\d*",
+    flight=r"prior|test|(" + "|".join(SOURCES) + r")_[1-9]\d*",
 
 
 def plant_file(wildcards):
@@ -67,9 +69,9 @@ def every_run(pattern, **more):
 
 
 def flown_reference(wildcards):
-    """The task, or the informative reference of the flight's round."""
-    kind, _, round = wildcards.flight.partition("_")
-    return f"{RUN}/round{round}/informative.csv" if kind == "informative" else TASK
+    """The task, or the reference that was chosen for the flight's round."""
+    source, _, round = wildcards.flight.partition("_")
+    return TASK if source in ("prior", "test", "task") else f"{RUN}/round{round}/{source}.csv"
 
 
 def flown_model(wildcards):

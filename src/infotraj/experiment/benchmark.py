@@ -18,8 +18,7 @@ from threadpoolctl import threadpool_limits
 from infotraj.experiment import flying, references
 from infotraj.experiment.config import ExperimentConfig, read
 from infotraj.experiment.learning import data_of, learn
-from infotraj.experiment.selecting import sample_candidates, score
-from infotraj.informative.cost import Scorer
+from infotraj.experiment.selecting import sample_candidates, score, simulate
 from infotraj.informative.simulation import EstimateNoise, Simulator
 from infotraj.residual.draws import PosteriorDraws
 from infotraj.vehicle import load_vehicle
@@ -48,9 +47,9 @@ def _report(config: ExperimentConfig, repeat: int, threads: int) -> None:
     )
     draws = PosteriorDraws.sample(prior, np.random.default_rng(3), config.selection.draws)
     simulator = Simulator(vehicle, prior, config.gains, EstimateNoise(*config.selection.estimate_noise), threads)
-    commands = simulator.commands(candidates, draws, np.random.default_rng(4))
     points = max(config.added_points)
-    scorer = Scorer((prior,), commands[0, 0, :: max(1, commands.shape[2] // 1000)], points, threads)
+    rng = np.random.default_rng(6)
+    simulated = simulate(task, candidates, vehicle, prior, config, rng, threads)
     duration = float(task.t[-1])
     count = f"{len(candidates)} candidates x {draws.count} draws x {duration:.0f} s"
     pieces: list[tuple[str, float | None, Callable[[], object]]] = [
@@ -61,7 +60,11 @@ def _report(config: ExperimentConfig, repeat: int, threads: int) -> None:
         ),
         ("simulate and score: all of it, region and draws included", None, lambda: _score(config, threads, prior)),
         (f"  simulate {count}", None, lambda: simulator.commands(candidates, draws, np.random.default_rng(4))),
-        (f"  score {count}", None, lambda: scorer.costs(commands, np.random.default_rng(6))),
+        (
+            f"  score {count}",
+            None,
+            lambda: score(simulated, config.selection.cost, config.selection, points, rng, threads),
+        ),
         (
             f"learn {points} points: subset and hyperparameters",
             None,
@@ -86,7 +89,8 @@ def _score(config: ExperimentConfig, threads: int, prior) -> None:
     vehicle, task = load_vehicle(config.vehicle), references.named(config, "task")
     rng = np.random.default_rng(8)
     candidates = sample_candidates(task, vehicle, config.deviations, config.selection.candidates, rng)
-    score(task, candidates, vehicle, prior, config, max(config.added_points), rng, threads)
+    simulated = simulate(task, candidates, vehicle, prior, config, rng, threads)
+    score(simulated, config.selection.cost, config.selection, max(config.added_points), rng, threads)
 
 
 if __name__ == "__main__":

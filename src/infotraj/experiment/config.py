@@ -70,26 +70,40 @@ class Learning(_Strict):
     restarts: Annotated[int, Field(ge=0)] = Field(1, description="further starts of the hyperparameter search")
 
 
+class Cost(_Strict):
+    """What the informative cost is made of (eq. 13 to 15)."""
+
+    kernel: Literal["fixed", "fitted"] = Field(
+        "fixed",
+        description="fixed: one lengthscale for all inputs, signal variance 1 (rad/s^2)^2; fitted: the prior model's",
+    )
+    lengthscale: Positive = Field(1.0, description="of the fixed kernel, m/s^2 and rad/s^2")
+    noise: Positive = Field(0.1, description="of the fixed kernel, rad/s^2")
+    region: Literal["visited", "uniform"] = Field(
+        "visited", description="visited: the inputs of the simulated task; uniform: all within epsilon of them (eq. 15)"
+    )
+    epsilon: Positive | None = Field(None, description="m/s^2 and rad/s^2; null: from simulation, as in Sec. V-A")
+    subset: Literal["farthest", "medoids"] = Field(
+        "farthest", description="points of a candidate that count: farthest-first traversal, or k-medoids"
+    )
+    points: Count | None = Field(40, description="how many; null: as many as are learned")
+
+
+LITERAL = Cost(kernel="fitted", region="uniform", subset="medoids", points=None)
+
+
 class Selection(_Strict):
     """How candidates are simulated and scored (eq. 12 to 18)."""
 
     candidates: Count = Field(20, description="candidate references")
     draws: Count = Field(10, description="draws of the residual a candidate")
-    region: Literal["visited", "uniform"] = Field(
-        "visited", description="visited: the inputs of the simulated task; uniform: all within epsilon of them (eq. 15)"
-    )
     region_points: Count = Field(1000, description="points of the region")
     task_draws: Count = Field(10, description="simulations of the task that span the region (M of eq. 14)")
-    epsilon: Positive | None = Field(None, description="m/s^2 and rad/s^2; null: from simulation, as in Sec. V-A")
-    hyperparameter_samples: Count = Field(1, description="models, from the hyperparameters' posterior, to average over")
-    response_time: NotNegative = Field(
-        0.02,
-        description="s, by which the declared response of the actuators may be off: the noise that the rate of a "
-        "candidate's torque brings. As long as the declared lags themselves; 0 is the paper's cost",
-    )
     estimate_noise: tuple[NotNegative, NotNegative, NotNegative, NotNegative] = Field(
         (0.001, 0.002, 0.01, 0.01), description="white error of the simulated estimate: m, rad, m/s, rad/s"
     )
+    cost: Cost = Field(Cost(), description="what chooses the informative flight")
+    paper: Cost = Field(LITERAL, description="the paper's cost word for word: chooses in the arm `paper`")
 
 
 class Correlation(_Strict):
@@ -97,6 +111,16 @@ class Correlation(_Strict):
 
     candidates: Count = Field(30, description="candidates flown, learned and evaluated, besides the task itself")
     points: Count = Field(40, description="points learned from each")
+
+
+class Hindsight(_Strict):
+    """Which costs are held against the errors of all candidates."""
+
+    costs: tuple[Literal["configured", "kernel", "no process", "affine", "effects", "propagated"], ...] = Field(
+        ("configured", "kernel", "no process", "affine", "effects", "propagated"),
+        min_length=1,
+        description="groups of costs; the last two take longer than all others together",
+    )
 
 
 class Pool(_Strict):
@@ -244,6 +268,7 @@ class ExperimentConfig(_Strict):
     learning: Learning = Learning()
     selection: Selection = Selection()
     correlation: Correlation = Correlation()
+    hindsight: Hindsight = Hindsight()
     gains: Gains = Gains()
     data_dir: str | None = Field(None, description="folder of the real flights where INFOTRAJ_DATA is not set")
     pool: Pool = Pool()

@@ -20,11 +20,11 @@ def figure_2(*, table: Path, pdf: Path, png: Path) -> None:
     correlation.figure_2(pd.read_csv(table), pdf, png)
 
 
-def figure_3(*, reference: Path, informative: Path, task: Path, pdf: Path, png: Path) -> None:
-    """The body vector of the task, flown with the largest model of each source."""
+def figure_3(*, reference: Path, pdf: Path, png: Path, **flown: Path) -> None:
+    """The body vector of the task, flown with the largest model of each source (name: flight)."""
     # motion capture is slower than the table's rows, so some hold no pose
-    attitudes = [read_flight(path).table[list(ATTITUDE)].dropna().to_numpy() for path in (informative, task)]
-    sphere.figure_3(read_reference(reference).attitude, *attitudes, pdf, png)
+    attitudes = {name: read_flight(path).table[list(ATTITUDE)].dropna().to_numpy() for name, path in flown.items()}
+    sphere.figure_3(read_reference(reference).attitude, attitudes, pdf, png)
 
 
 def figure_4(*, table: Path, pdf: Path, png: Path) -> None:
@@ -51,7 +51,7 @@ def reductions(errors: pd.DataFrame, points: int) -> pd.DataFrame:
     rows = errors[errors["reference"] == "modified"].set_index(["plant", "seed"])
     without = rows[rows["source"] == "none"]
     parts = []
-    for source in ("task", "informative"):
+    for source in [name for name in table_1.NAMES if (rows["source"] == name).any()]:
         learned = rows[(rows["source"] == source) & (rows["points"] == points)]
         for axis in AXES:
             reduction = 100.0 * (1.0 - learned[f"error_{axis}"] / without[f"error_{axis}"])

@@ -21,6 +21,7 @@ from infotraj.datasets import location, nanobench
 from infotraj.errors import InputError, UsageError, problem
 from infotraj.evaluation import pool_choice
 from infotraj.evaluation.lateral_force import GRAVITY, STEP, LateralForce, counted_rows, lateral_force, rms
+from infotraj.informative.cost import of_one_lengthscale
 from infotraj.residual import hyperparameters, subset
 from infotraj.residual.gaussian_process import GaussianProcess
 from infotraj.residual.posterior_variance import RegionVariance
@@ -30,6 +31,8 @@ from infotraj.trajectories.reference import Reference
 
 COLUMNS = ("task", "prior", "candidate", "seed", "cost", "error", "chosen", "error_before")
 _STRICTER = "Without the candidates that follow the task's own trajectory."
+ALL, OTHER_TRAJECTORIES = "all", "all, without the task's own trajectory"  # rows of the summary beside the tasks
+NOISE = 0.1  # of the kernel of one lengthscale, whose signal is 1
 LEAST_SPREAD = 1e-3  # share of the weight; less is below the resolution of a logged voltage
 
 
@@ -40,7 +43,8 @@ class Settings:
     prior_points, added_points: k-medoids points of the slow flight and of a candidate. rows_between: of the 10 ms rows
     one in so many is used, for the filter of 0.3 s leaves no more in them. region: 'recorded' takes the task's inputs
     from its record, 'planned' from its set-points alone. fill: 'uniform' is eq. 14, 'visited' the visited inputs
-    themselves. restarts: starts of the hyperparameter search.
+    themselves. restarts: starts of the hyperparameter search. lengthscale: of the kernel that the cost is taken with,
+    in scaled inputs, all alike (`informative.cost.of_one_lengthscale`); None: the prior model's own kernel.
     """
 
     prior_points: int = 20
@@ -51,6 +55,7 @@ class Settings:
     region_points: int = 500
     ard: bool = True
     restarts: int = 2
+    lengthscale: float | None = None
 
     def __post_init__(self) -> None:
         for name, allowed in (("region", ("recorded", "planned")), ("fill", ("uniform", "visited"))):
@@ -133,6 +138,7 @@ def _from_prior(
     scale = Scale.of(measured[prior])
     inputs = {name: scale.recorded(one) for name, one in measured.items()}
     start = _start(inputs[prior], measured[prior].force, settings, _generator(seed, prior))
+    scoring = start if settings.lengthscale is None else of_one_lengthscale(start, settings.lengthscale, NOISE)
     epsilon = tracking_distance(pool.reference(prior), measured[prior], scale)
     points, models = {}, {}
     for name in measured:
@@ -146,7 +152,7 @@ def _from_prior(
     for task in tasks:
         visited = _visited(pool, inputs, task, scale, settings)
         rng = _generator(seed, prior, task, "region")
-        variance = RegionVariance(start, _region(visited, epsilon, settings, rng))
+        variance = RegionVariance(scoring, _region(visited, epsilon, settings, rng))
         candidates = [name for name in points if name != task]
         part = pd.DataFrame(
             {"candidate": candidates, "cost": [variance.sum_after(points[c]).sum() for c in candidates]}
@@ -217,7 +223,8 @@ def _generator(seed: int, *names: str) -> np.random.Generator:
 
 
 def summarise_pool(*, table: str | Path, summary: str | Path, markdown: str | Path, seed: int = 0) -> None:
-    """Writes what the choice gained: `summary` (CSV, a row a task and one 'all') and `markdown` (tables, intervals).
+    """Writes what the choice gained: `summary` (CSV, a row a task, one of all, and one without the
+    flights of the task's own trajectory) and `markdown` (tables, intervals).
 
     `seed` draws the bootstrap alone. InputError where `table` is not one that evaluate_pool wrote.
     """
@@ -228,16 +235,23 @@ def summarise_pool(*, table: str | Path, summary: str | Path, markdown: str | Pa
     chosen = pool_choice.choices(rows)
     tasks = pool_choice.by_task(chosen)
     gains = pool_choice.overall(chosen, np.random.default_rng(seed))
-    mean = tasks.drop(columns="task").mean().to_frame().T.assign(task="all")
-    for gain in gains.to_dict("records"):
-        mean[f"low_{gain['against']}"], mean[f"high_{gain['against']}"] = gain["low"], gain["high"]
-    _write(summary, pd.concat([tasks, mean], ignore_index=True).to_csv(index=False, float_format="%.6g"))
+    parts = [tasks, _mean_row(ALL, tasks, gains)]
     other = _other_shapes(rows)
     stricter = None
     if other.any() and not other.all():
         fewer = pool_choice.choices(pool_choice.choose_again(rows, other))
         stricter = pool_choice.overall(fewer, np.random.default_rng(seed))
+        parts.append(_mean_row(OTHER_TRAJECTORIES, pool_choice.by_task(fewer), stricter))
+    _write(summary, pd.concat(parts, ignore_index=True).to_csv(index=False, float_format="%.6g"))
     _write(markdown, _markdown(tasks, gains, stricter, chosen))
+
+
+def _mean_row(name: str, tasks: pd.DataFrame, gains: pd.DataFrame) -> pd.DataFrame:
+    """The mean over the tasks as a row of that name, with the intervals over the tasks."""
+    mean = tasks.drop(columns="task").mean().to_frame().T.assign(task=name)
+    for gain in gains.to_dict("records"):
+        mean[f"low_{gain['against']}"], mean[f"high_{gain['against']}"] = gain["low"], gain["high"]
+    return mean
 
 
 def _other_shapes(rows: pd.DataFrame) -> np.ndarray:

@@ -8,18 +8,34 @@ import numpy as np
 import pandas as pd
 
 from infotraj.dynamics.allocation import Allocation
-from infotraj.experiment.config import Deviations, ExperimentConfig, Selection
-from infotraj.experiment.learning import options
+from infotraj.experiment.config import Cost, Deviations, ExperimentConfig, Selection
 from infotraj.informative import region
-from infotraj.informative.cost import Scorer
+from infotraj.informative.cost import Scorer, Subset, of_one_lengthscale
 from infotraj.informative.simulation import EstimateNoise, Simulator
-from infotraj.residual import hyperparameters
 from infotraj.residual.draws import PosteriorDraws
 from infotraj.residual.gaussian_process import GaussianProcess
+from infotraj.residual.subset import farthest_first, k_medoids
 from infotraj.rotations import Array
 from infotraj.trajectories.deviations import DeviationSpace, deviate, within_limits
 from infotraj.trajectories.reference import Reference
 from infotraj.vehicle import Vehicle
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """References (the task last), and what each would command with draws of `prior`, (references, draws, n, 6); `task`
+    holds more simulations of the task, (task_draws, n, 6)."""
+
+    prior: GaussianProcess
+    draws: PosteriorDraws
+    references: list[Reference]
+    commands: Array
+    task: Array
+
+    @property
+    def visited(self) -> Array:
+        """All inputs that the simulated task visits, (rows, 6)."""
+        return self.task.reshape(-1, self.task.shape[-1])
 
 
 @dataclass(frozen=True)
@@ -67,42 +83,49 @@ def sample_candidates(
     return [deviate(task, within_limits(task, space.sample(rng), allocation)) for _ in range(count)]
 
 
-def score(
+def simulate(
     task: Reference,
     candidates: list[Reference],
     vehicle: Vehicle,
     prior: GaussianProcess,
     config: ExperimentConfig,
-    points: int,
     rng: np.random.Generator,
     threads: int = 1,
-) -> Scored:
-    """Simulates and scores candidates and the task for a model that will learn `points` from the flight."""
+) -> Simulated:
+    """Simulates candidates and the task in closed loop with draws of the residual (eq. 12, 14)."""
     settings = config.selection
     simulator = Simulator(vehicle, prior, config.gains, EstimateNoise(*settings.estimate_noise), threads)
     draws = PosteriorDraws.sample(prior, rng, max(settings.draws, settings.task_draws))
     references = [*candidates, task]
-    commands = simulator.commands(references, draws, rng)
-    points_of_region, radius = _region(settings, prior, draws, commands[-1, : settings.task_draws], rng)
-    models = (
-        (prior,)
-        if settings.hyperparameter_samples == 1
-        else tuple(
-            hyperparameters.sample_hyperparameters(
-                prior, rng, settings.hyperparameter_samples, **options(config.learning)
-            )
-        )
-    )
-    scorer = Scorer(models, points_of_region, points, threads, settings.response_time, task.dt)
-    costs = scorer.costs(commands[:, : settings.draws], rng)
-    return Scored(references, commands, costs, points_of_region, radius)
+    commands = simulator.commands(references, draws.part(0, settings.draws), rng)
+    visited = simulator.commands([task], draws.part(0, settings.task_draws), rng)[0]
+    return Simulated(prior, draws, references, commands, visited)
+
+
+def score(
+    simulated: Simulated,
+    cost: Cost,
+    settings: Selection,
+    points: int,
+    rng: np.random.Generator,
+    threads: int = 1,
+) -> Scored:
+    """Scores what was simulated for a model that will learn `points` from the flight (eq. 13, 15, 18)."""
+    prior, commands = simulated.prior, simulated.commands
+    where, radius = _region(cost, settings, simulated, rng)
+    fixed = cost.kernel == "fixed"
+    process = of_one_lengthscale(prior, cost.lengthscale, cost.noise) if fixed else prior
+    subset: Subset = k_medoids if cost.subset == "medoids" else (lambda X, count, _: farthest_first(X, count))
+    scorer = Scorer(process, where, cost.points or points, subset, threads)
+    return Scored(simulated.references, commands, scorer.costs(commands, rng), where, radius)
 
 
 def _region(
-    settings: Selection, prior: GaussianProcess, draws: PosteriorDraws, commands: Array, rng: np.random.Generator
+    cost: Cost, settings: Selection, simulated: Simulated, rng: np.random.Generator
 ) -> tuple[Array, float | None]:
-    visited = commands.reshape(-1, commands.shape[-1])
-    if settings.region == "visited":
+    visited = simulated.visited
+    if cost.region == "visited":
         return region.visited_region(visited, settings.region_points, rng), None
-    radius = settings.epsilon or region.epsilon(prior, draws, commands)
+    flown = simulated.draws.part(0, len(simulated.task))
+    radius = cost.epsilon or region.epsilon(simulated.prior, flown, simulated.task)
     return region.uniform_region(visited, radius, settings.region_points, rng), radius

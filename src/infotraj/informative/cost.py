@@ -1,44 +1,54 @@
 """The informative cost of a candidate (eq. 13, 18): the posterior variance left over the region after flying it.
 
 The variance depends on where data are taken, not on their values, so simulated inputs suffice; hyperparameters are kept
-(our reading of step 3). What would be learned from a flight is a k-medoids subset of it, so that is what is added.
+(our reading of step 3).
 
-The paper's cost counts every measurement alike. But a residual that depends on the command alone cannot hold what the
-actuators do dynamically: if their response is off by `response_time`, a torque that changes at the rate du/dt leaves an
-error of response_time du/dt, which is noise to the model. A flight that shakes the vehicle teaches less than its inputs
-promise. With `response_time` the added points carry that variance; 0 is the paper's cost.
+Which process scores is a choice of its own. The paper scores with the model that will fly, whose lengthscales were
+fitted, one an input, to the points of one flight. `of_one_lengthscale` scores with one length for all inputs: a flight
+that held an input still says nothing of how the residual depends on it, and the fit then gives that input a long
+lengthscale, so that the flight that shakes most looks best (docs/study.md).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from infotraj.residual.gaussian_process import GaussianProcess
 from infotraj.residual.posterior_variance import RegionVariance
-from infotraj.residual.subset import k_medoids
 from infotraj.rotations import Array
 
 _THINNED = 400  # rows of a simulated flight that the subset is chosen from: 50 ms apart in 20 s
 
+Subset = Callable[[Array, int, np.random.Generator], NDArray[np.int64]]
+
+
+def of_one_lengthscale(prior: GaussianProcess, lengthscale: float, noise: float) -> GaussianProcess:
+    """The points of `prior` under a kernel of one lengthscale (m/s^2 and rad/s^2) for all inputs; noise in rad/s^2.
+
+    Signal variance 1 (rad/s^2)^2 and one output. The three outputs share their inputs, so with one kernel they differ
+    by a factor alone, which a fit to a still flight gets wrong like the lengthscales.
+    """
+    lengths = np.full((1, prior.d), lengthscale)
+    return GaussianProcess(prior.X, np.zeros((prior.n, 1)), lengths, np.ones(1), np.full(1, noise**2), np.zeros(1))
+
 
 @dataclass(frozen=True)
 class Scorer:
-    """Scores simulated flights against a region (r, d) for one or several models of the same data.
+    """Scores simulated flights against a region (r, d) for a process that holds the prior points.
 
-    processes: the model, or several with hyperparameters from their posterior, whose costs are averaged; points: how
-    many are learned from a flight; response_time: s, by which the declared response of the actuators may be off;
-    period: s between the rows of the flights.
+    points: how many of a flight are added; subset: which, of the rows of its inputs.
     """
 
-    processes: tuple[GaussianProcess, ...]
+    process: GaussianProcess
     region: Array
     points: int
+    subset: Subset
     threads: int = 1
-    response_time: float = 0.0
-    period: float = 0.01
 
     def costs(self, commands: Array, rng: np.random.Generator) -> Array:
         """Cost of each simulated flight, (references, draws), (rad/s^2)^2: mean over the region, sum of outputs.
@@ -46,14 +56,13 @@ class Scorer:
         commands: (references, draws, n, d), scaled wrenches. A mean instead of the sum of eq. 13 leaves the order as
         it is and makes regions of different size comparable.
         """
-        step = max(1, commands.shape[2] // _THINNED)
-        flights = commands[:, :, ::step].reshape(-1, *commands[0, 0, ::step].shape)
-        noise = np.repeat(self._dynamic_noise(commands[:, :, ::step], step * self.period), commands.shape[1])
-        jobs = list(zip(flights, rng.spawn(len(flights)), noise, strict=True))
+        thinned = commands[:, :, :: max(1, commands.shape[2] // _THINNED)]
+        flights = thinned.reshape(-1, *thinned.shape[2:])
+        jobs = list(zip(flights, rng.spawn(len(flights)), strict=True))
 
         def part(start: int) -> list[float]:
-            variances = [RegionVariance(process, self.region) for process in self.processes]
-            return [self._cost(*job, variances) for job in jobs[start :: self.threads]]
+            variance = RegionVariance(self.process, self.region)
+            return [self._cost(*job, variance) for job in jobs[start :: self.threads]]
 
         result = np.empty(len(jobs))
         with ThreadPoolExecutor(self.threads) as pool:
@@ -61,15 +70,6 @@ class Scorer:
                 result[start :: self.threads] = costs
         return result.reshape(commands.shape[:2])
 
-    def _cost(self, flight: Array, rng: np.random.Generator, noise: float, variances: list[RegionVariance]) -> float:
-        added = flight[k_medoids(flight, self.points, rng)]
-        return float(np.mean([np.sum(v.sum_after(added, noise)) for v in variances])) / len(self.region)
-
-    def _dynamic_noise(self, commands: Array, step: float) -> Array:
-        """Variance (references,) that an undeclared response time leaves: its square times that of the torque's rate.
-
-        The mean over the draws is differentiated, so that the estimate's noise does not count as motion.
-        """
-        torque = commands[..., 3:].mean(axis=1)
-        rate = np.gradient(torque, step, axis=1)
-        return self.response_time**2 * np.mean(np.sum(rate**2, axis=-1), axis=-1)
+    def _cost(self, flight: Array, rng: np.random.Generator, variance: RegionVariance) -> float:
+        added = flight[self.subset(flight, self.points, rng)]
+        return float(np.sum(variance.sum_after(added))) / len(self.region)

@@ -12,18 +12,20 @@ from infotraj.errors import InputError, problem
 from infotraj.plots import style, typeset
 
 COLUMNS = ("claim", "paper", "ours", "low", "high", "holds")
+COLORS = {"yes": style.GREEN, "no": style.VERMILION, "open": style.INK}
 HEADER = ("claim", "paper", "ours", "95 % interval", "holds")
 
 
 def claims_table(table: pd.DataFrame, markdown: str | Path | None = None, png: str | Path | None = None) -> None:
     """Writes the claims as Markdown and as a picture, where the path is given.
 
-    A row a claim: claim (words), paper, ours, low, high (numbers or words), holds (true or false).
-    InputError where a column is missing.
+    A row a claim: claim (words), paper, ours, low, high (numbers or words), holds: yes or no where the whole interval
+    says so, else open. InputError where a column is missing.
     """
     style.checked(table, COLUMNS, "claims")
     for value in table["holds"]:
-        _yes(value)
+        if value not in COLORS:
+            raise InputError(problem(f"claims: holds is '{value}'", ", ".join(COLORS), "Write the table again."))
     if markdown is not None:
         style.write_text(typeset.markdown(HEADER, _cells(table)), markdown)
     if png is not None:
@@ -32,7 +34,7 @@ def claims_table(table: pd.DataFrame, markdown: str | Path | None = None, png: s
 
 def draw_claims(table: pd.DataFrame) -> Figure:
     """The claims as a figure; argument as in `claims_table`."""
-    colors = {(i, 4): style.GREEN if _yes(v) else style.VERMILION for i, v in enumerate(table["holds"])}
+    colors = {(i, 4): COLORS[value] for i, value in enumerate(table["holds"])}
     return typeset.draw(HEADER, _cells(table), [3.6, 0.9, 0.8, 1.3, 0.6], colors)
 
 
@@ -41,7 +43,7 @@ def _cells(table: pd.DataFrame) -> list[list[str]]:
     for row in table.itertuples(index=False):
         low, high = _text(row.low), _text(row.high)
         interval = "-" if low == high == "-" else f"[{low}, {high}]"
-        rows.append([str(row.claim), _text(row.paper), _text(row.ours), interval, "yes" if _yes(row.holds) else "no"])
+        rows.append([str(row.claim), _text(row.paper), _text(row.ours), interval, str(row.holds)])
     return rows
 
 
@@ -49,12 +51,3 @@ def _text(value: object) -> str:
     if value is None or (isinstance(value, float) and math.isnan(value)):
         return "-"
     return f"{value:.3g}" if isinstance(value, float) else str(value)
-
-
-def _yes(value: object) -> bool:
-    word = str(value).lower()
-    if word in ("true", "1", "yes"):
-        return True
-    if word in ("false", "0", "no"):
-        return False
-    raise InputError(problem(f"claims: holds is '{value}'", "true or false", "Write the table again."))

@@ -20,8 +20,9 @@ FEW = 12  # up to so many points a panel each shows its spread, as in the paper
 def figure_2(table: pd.DataFrame, pdf: str | Path, png: str | Path) -> None:
     """Writes Fig. 2: tracking error of the angular acceleration about y against the informative cost.
 
-    A row a flight: plant, seed, candidate (-1 is the task itself), cost, error and error_std (rad/s^2). A panel a
-    plant, with Spearman's rank correlation over each seed's sampled candidates. InputError where a column is missing.
+    A row a flight: plant, seed, candidate (-1 is the task itself), cost, error and error_std (rad/s^2), and cost_paper
+    where the paper's own cost is to be shown below ours. A column of panels a plant, with Spearman's rank correlation
+    over each seed's sampled candidates. InputError where a column is missing.
     """
     style.checked(table, COLUMNS, "figure 2")
     style.write(lambda: draw_figure_2(table), pdf, png)
@@ -30,14 +31,16 @@ def figure_2(table: pd.DataFrame, pdf: str | Path, png: str | Path) -> None:
 def draw_figure_2(table: pd.DataFrame) -> Figure:
     """The figure itself; arguments as in `figure_2`."""
     plants = list(dict.fromkeys(table["plant"]))
-    figure = style.figure(style.SINGLE if len(plants) == 1 else style.DOUBLE, 2.9)
-    panels = figure.subplots(1, len(plants), sharey=True, squeeze=False)[0]
-    for axes, plant in zip(panels, plants, strict=True):
-        part = table[table["plant"] == plant]
-        _add_panel(axes, part)
-        _describe(axes, str(plant), rank_correlations(part))
-    panels[0].set_ylabel("abs ang acc error about y [rad/s$^2$]")
-    handles, labels = panels[0].get_legend_handles_labels()
+    costs = {"cost": "our cost"} | ({"cost_paper": "the paper's cost"} if "cost_paper" in table else {})
+    figure = style.figure(style.SINGLE if len(plants) == 1 else style.DOUBLE, 0.5 + 2.4 * len(costs))
+    panels = figure.subplots(len(costs), len(plants), sharey=True, squeeze=False)
+    for row, (column, name) in zip(panels, costs.items(), strict=True):
+        for axes, plant in zip(row, plants, strict=True):
+            part = table[table["plant"] == plant].assign(cost=table[column])
+            _add_panel(axes, part)
+            _describe(axes, str(plant), name, rank_correlations(part))
+        row[0].set_ylabel("abs ang acc error about y [rad/s$^2$]")
+    handles, labels = panels[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
     return figure
 
@@ -106,8 +109,8 @@ def _add_trend(axes: Axes, rows: pd.DataFrame) -> None:
         )
 
 
-def _describe(axes: Axes, plant: str, correlations: pd.Series) -> None:
-    axes.set_xlabel("informative cost [rad$^2$/s$^4$]")
+def _describe(axes: Axes, plant: str, cost: str, correlations: pd.Series) -> None:
+    axes.set_xlabel(f"{cost} [rad$^2$/s$^4$]")
     title = plant
     if len(correlations) == 1:
         title += f"\nSpearman {correlations.iloc[0]:.2f}"

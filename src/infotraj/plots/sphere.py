@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -17,28 +18,24 @@ from infotraj.rotations import Array
 VECTOR = np.ones(3) / np.sqrt(3.0)
 
 
-def figure_3(reference: ArrayLike, informative: ArrayLike, task: ArrayLike, pdf: str | Path, png: str | Path) -> None:
-    """Writes Fig. 3: the body vector (1, 1, 1)/sqrt(3) of three attitudes (n, 4), quaternions w, x, y, z.
+def figure_3(reference: ArrayLike, flown: Mapping[str, ArrayLike], pdf: str | Path, png: str | Path) -> None:
+    """Writes Fig. 3: the body vector (1, 1, 1)/sqrt(3) of attitudes (n, 4), quaternions w, x, y, z.
 
-    reference: what was asked for; informative, task: what was flown with the model learned from the informative and
-    from the task flight. Right: the same curves unrolled around the vector's mean, in degrees.
+    reference: what was asked for; flown: what was flown with the model learned from each source (task, random, paper,
+    informative). Right: the same curves unrolled around the vector's mean, in degrees.
     InputError where one is not (n, 4).
     """
-    curves = {"reference": reference, "informative": informative, "task": task}
-    for name, attitude in curves.items():
+    for name, attitude in {"reference": reference, **flown}.items():
         shape = np.shape(attitude)
         if len(shape) != 2 or shape[1] != 4 or shape[0] < 2:
             raise InputError(problem(f"figure 3: {name} has shape {shape}", "(n, 4), n > 1", "Hand in quaternions."))
-    style.write(lambda: draw_figure_3(reference, informative, task), pdf, png)
+    style.write(lambda: draw_figure_3(reference, flown), pdf, png)
 
 
-def draw_figure_3(reference: ArrayLike, informative: ArrayLike, task: ArrayLike) -> Figure:
+def draw_figure_3(reference: ArrayLike, flown: Mapping[str, ArrayLike]) -> Figure:
     """The figure itself; arguments as in `figure_3`."""
-    curves = {
-        "non-informative trajectory": (tips(task), style.COLORS["task"], "-", 1.0),
-        "informative trajectory": (tips(informative), style.COLORS["informative"], "-", 1.0),
-        "reference orientation": (tips(reference), style.INK, "--", 0.9),
-    }
+    curves = {style.LABELS[name]: (tips(attitude), style.COLORS[name], "-", 1.0) for name, attitude in flown.items()}
+    curves["reference orientation"] = (tips(reference), style.INK, "--", 0.9)
     center = rotations.normalize(np.mean(tips(reference), axis=0))
     figure = style.figure(style.DOUBLE, 3.2)
     globe = figure.add_subplot(1, 2, 1, projection="3d", computed_zorder=False)

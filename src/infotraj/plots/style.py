@@ -22,9 +22,24 @@ SINGLE, DOUBLE = 3.5, 7.16  # inches: one and two columns of the IEEE page
 BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#56B4E9"
 INK, GREY, PALE = "#222222", "#777777", "#C8C8C8"
 
-COLORS = {"informative": BLUE, "task": VERMILION, "prior": GREY, "none": PURPLE}
-MARKERS = {"informative": "o", "task": "s", "prior": "D", "none": "^"}
-LABELS = {"informative": "informative", "task": "non-informative (task)", "prior": "prior only", "none": "no learning"}
+# Who chose the flight that was learned from: nobody (the task again), chance, the paper's cost, ours.
+COLORS = {
+    "informative": BLUE,
+    "paper": ORANGE,
+    "random": GREEN,
+    "task": VERMILION,
+    "prior": GREY,
+    "none": PURPLE,
+}
+MARKERS = {"informative": "o", "paper": "v", "random": "X", "task": "s", "prior": "D", "none": "^"}
+LABELS = {
+    "informative": "informative (our cost)",
+    "paper": "informative (the paper's cost)",
+    "random": "random candidate",
+    "task": "non-informative (task)",
+    "prior": "prior only",
+    "none": "no learning",
+}
 
 RC = {
     "font.family": "serif",

@@ -12,7 +12,7 @@ basis of the posterior is more accurate at the same cost; not built, because a r
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -95,6 +95,11 @@ class PosteriorDraws:
     def count(self) -> int:
         """Number of draws."""
         return len(self.update)
+
+    def part(self, start: int, stop: int) -> PosteriorDraws:
+        """The draws from `start` to before `stop` alone (views, no copies)."""
+        own = ("frequencies", "phases", "amplitudes", "update")
+        return replace(self, **{name: getattr(self, name)[start:stop] for name in own})
 
     def one(self, k: int) -> DrawArrays:
         """Arrays of draw k for `compiled.draw_value` (views, no copies)."""

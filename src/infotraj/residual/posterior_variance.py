@@ -63,17 +63,16 @@ class RegionVariance:
                 variance[columns, o] -= np.einsum("qr,qr->r", T, T)
         return np.maximum(variance, 0.0)
 
-    def sum_after(self, added: ArrayLike, extra_noise: float = 0.0) -> Array:
+    def sum_after(self, added: ArrayLike) -> Array:
         """Sum over the region of the variance after adding points (q, d), (m,).
 
-        extra_noise is a variance that the added measurements carry beyond the noise of `gp`, in squared output units.
         |C^-1 R|^2 is taken as the trace of S^-1 R R^T: a symmetric product instead of a triangular solve, which runs
         at half its speed.
         """
         added = self._checked(added)
         total = self.before.sum(axis=0)
         for o in range(self.gp.m if len(added) else 0):
-            rows, W, C = self._added(added, o, extra_noise)
+            rows, W, C = self._added(added, o)
             gram = np.zeros((len(added), len(added)))
             for p in range(len(self._columns)):
                 R = self._cross(rows, W, o, p)
@@ -82,14 +81,14 @@ class RegionVariance:
             total[o] -= np.trace(solve_triangular(C, half.T, lower=True, check_finite=False))
         return np.maximum(total, 0.0)
 
-    def _added(self, added: Array, o: int, extra_noise: float = 0.0) -> tuple[Array, Array, Array]:
+    def _added(self, added: Array, o: int) -> tuple[Array, Array, Array]:
         """Left kernel factor (q, d + 2), W (n, q) and C (q, q) of the added points for output o."""
         gp = self.gp
         centred = added - self._centre
         rows = _rows(centred, gp.lengthscales[o])
         columns = _columns(centred, gp.lengthscales[o])
         S = gp.signal_variance[o] * np.exp(np.minimum(rows @ columns, 0.0))
-        S[np.diag_indices_from(S)] = gp.signal_variance[o] + gp.noise_variance[o] + extra_noise
+        S[np.diag_indices_from(S)] = gp.signal_variance[o] + gp.noise_variance[o]
         W = np.zeros((0, len(added)))
         if gp.n:
             W = gp.signal_variance[o] * np.exp(self._X[o] @ columns)

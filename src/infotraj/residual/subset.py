@@ -1,7 +1,9 @@
-"""Training points out of a flight's many rows: k-medoids on the inputs with squared Euclidean distance, as the paper.
+"""Few points out of a flight's many rows: k-medoids on the inputs with squared Euclidean distance, as the paper, which
+follow how often the flight is where; or farthest-first traversal, which covers all that it reached.
 
-Source: E. Schubert and P. J. Rousseeuw, "Fast and eager k-medoids clustering" (Information Systems 101, 2021), the
-`kmedoids` package; started from the points nearest to k-means centres, which lie close to the medoids of this distance.
+Source of the first: E. Schubert and P. J. Rousseeuw, "Fast and eager k-medoids clustering" (Information Systems 101,
+2021), the `kmedoids` package; started from the points nearest to k-means centres, which lie close to the medoids of
+this distance. Of the second: T. F. Gonzalez, "Clustering to minimize the maximum intercluster distance" (1985).
 """
 
 from __future__ import annotations
@@ -34,6 +36,27 @@ def k_medoids(X: ArrayLike, count: int, rng: np.random.Generator) -> NDArray[np.
     if n > LARGEST:
         kept = np.linspace(0, n - 1, max(LARGEST, count)).round().astype(np.int64)
     return kept[_cluster(X[kept], count, rng)]
+
+
+def farthest_first(X: ArrayLike, count: int) -> NDArray[np.int64]:
+    """Indices, in the order of choice, (min(count, n),), of rows of X (n, d), each the farthest from those before it.
+
+    The first is the row nearest to the mean. The distance of any row to the nearest of them is at most twice what the
+    best choice of so many rows could reach. ValueError where X is not finite.
+    """
+    X = np.asarray(X, dtype=float)
+    if X.ndim != 2 or count < 0 or not np.isfinite(X).all():
+        raise ValueError(
+            problem(f"{count} rows of an array {X.shape}", "count >= 0 of a finite (n, d) array", "Drop NaN rows.")
+        )
+    chosen = np.empty(min(count, len(X)), dtype=np.int64)
+    nearest = np.full(len(X), np.inf)
+    following = int(np.argmin(np.sum((X - X.mean(axis=0)) ** 2, axis=1))) if len(X) else 0
+    for k in range(len(chosen)):
+        chosen[k] = following
+        nearest = np.minimum(nearest, np.sum((X - X[following]) ** 2, axis=1))
+        following = int(np.argmax(nearest))
+    return chosen
 
 
 def _cluster(X: Array, count: int, rng: np.random.Generator) -> NDArray[np.int64]:

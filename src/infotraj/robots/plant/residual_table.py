@@ -157,7 +157,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--vehicle", type=Path, default=Path("config/vehicles/omav.yaml"))
     parser.add_argument("--page", type=Path, default=Path("docs/plants.md"))
-    plants = [Path(f"config/plants/omav_{letter}.yaml") for letter in "abc"]
+    plants = [Path(f"config/plants/omav_{letter}.yaml") for letter in "abcdef"]
     parser.add_argument("truth", type=Path, nargs="*", default=plants)
     arguments = parser.parse_args()
     write_table(arguments.page, table(arguments.vehicle, arguments.truth))
