@@ -154,6 +154,10 @@ def diagnose_command(
     new = save_model if save_model is not None and found.supported else None
     following = f"infotraj compare {new} {named} --against {model}" if new else f"infotraj locate {model} {named}"
     _say(quiet, f"next: {following}{_as_read(found.command_steps)}")
+    group = next((f.group for f in found.findings if f.verdict == "Not separable"), ())
+    if found.judged and not reference and (group or any(f.verdict == "Plausible" for f in found.findings)):
+        asked = f" --separate {group[0]} {group[1]}" if group else ""
+        _say(quiet, f"what these flights cannot tell: infotraj design {model} --flown {named}{asked} -o next.csv")
 
 
 @click.command("add")
