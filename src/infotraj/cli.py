@@ -43,7 +43,7 @@ def _said_once(command: str | None) -> None:
     kept_here = "NUMBA_CACHE_DIR" not in os.environ and os.access(compiled.parent, os.W_OK)
     computing = command in _COMPUTING and not {"-h", "--help"} & set(sys.argv)
     if computing and sys.stderr.isatty() and kept_here and not any(compiled.glob("*.nbi")):
-        click.echo("first run: compiling, up to a minute; later runs start at once", err=True)
+        click.echo("first run: compiling, about 20 s of CPU time; later runs start at once", err=True)
 
 
 class _Commands(click.Group):

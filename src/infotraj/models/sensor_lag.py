@@ -86,7 +86,8 @@ def shares(length, lag, basis):
 @njit(cache=True)
 def _filtered(decay, values, forcing):
     out = np.empty_like(values)
-    out[0] = values[0]
+    for c in range(values.shape[1]):
+        out[0, c] = values[0, c]
     for k in range(len(decay)):
         for c in range(values.shape[1]):
             moved = decay[k] * out[k, c] + forcing[k, c]

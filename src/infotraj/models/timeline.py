@@ -7,6 +7,7 @@ filtered, a stretch has four points, and the filter is solved for the cubic thro
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -96,7 +97,9 @@ def _timeline(rows, jumps, places, weights, lag, basis):
                 time[count + i] = start + places[i] * (end - start)
                 weight[count + i] = weights[i] * (end - start) / step
             if lag > 0.0:
-                lagged[count : count + nodes] = shares(end - start, lag, basis) * np.exp(-(stop - end) / lag)
+                held, decay = shares(end - start, lag, basis), math.exp(-(stop - end) / lag)
+                for i in range(nodes):
+                    lagged[count + i] = held[i] * decay
             count += nodes
             if end == stop:
                 break
