@@ -7,9 +7,10 @@ from pathlib import Path
 
 import click
 import pytest
+import yaml
 from click.testing import CliRunner
 
-from infotraj import cli
+from infotraj import __version__, cli
 
 
 def run(*arguments):
@@ -40,6 +41,13 @@ def test_a_missing_log_is_one_line_and_status_3(tmp_path):
     assert done.returncode == 3
     assert "Traceback" not in done.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_version_is_one_and_every_page_that_states_it_agrees():
+    top = Path(__file__).parents[1]
+    assert run("--version").stdout.strip() == f"infotraj, version {__version__}"
+    assert yaml.safe_load((top / "CITATION.cff").read_text())["version"] == __version__
+    assert f"\n## {__version__}\n" in (top / "CHANGELOG.md").read_text()
 
 
 def test_an_unknown_command_is_usage():

@@ -12,6 +12,7 @@ import pytest
 import yaml
 from click.testing import CliRunner
 
+from infotraj import __version__
 from infotraj.examples.command import examples_command
 from infotraj.examples.location import FOLDERS, shipped
 from infotraj.examples.packing import pack
@@ -49,6 +50,7 @@ def test_the_command_of_the_readme_names_what_is_hidden_and_its_number(tmp_path)
     out = tmp_path / "d.json"
     run("diagnose", QUAD / "vehicle.yaml", *CHANGED, "--json", out)
     said, true = json.loads(out.read_text()), hidden()
+    assert said["infotraj"] == __version__
     assert said["verdict"]["supported"] == [true["name"]]
     assert not said["verdict"]["unexplained"]
     (row,) = (r for r in said["effects"] if r["name"] == true["name"])
