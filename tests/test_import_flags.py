@@ -128,7 +128,7 @@ def test_flags_together() -> None:
 def test_the_mapping_of_a_normalised_wrench_that_the_docs_show_is_read(tmp_path: Path) -> None:
     """Thrust and torque setpoints become N and N m by the scales of whoever knows them."""
     text = (Path(__file__).parents[1] / "docs/logging.md").read_text()
-    block = text[text.index("      name: px4_wrench") : text.index("Over ROS 2, MCAP bags")]
+    block = text[text.rindex("\n", 0, text.index("name: px4_wrench")) + 1 : text.index("Over ROS 2, MCAP bags")]
     (tmp_path / "wrench.yaml").write_text(textwrap.dedent(block))
     flight = _throttled(2.0)
     formats = [

@@ -62,7 +62,7 @@ def regression(vehicle: Vehicle, flights: Sequence[Flight]) -> Regression:
     """The residual of the vehicle file's model on these flights and the columns of the catalogue."""
     known, _ = candidates(catalogue(), vehicle, flights)
     observation = observe(Model(vehicle), flights)
-    found = sensitivities(observation, (), known)
+    found = sensitivities(observation, (), known, samples=True)
     # An effect with several linearisations (a cable of several lengths) brings the columns of them all.
     columns = [(choice.candidate.label, c) for choice in found.choices for c in choice.columns]
     order = [0, *(1 + c for _, c in columns)]

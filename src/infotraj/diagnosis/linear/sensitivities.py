@@ -14,6 +14,7 @@ import numpy as np
 
 from infotraj.diagnosis.linear.candidates import Candidate, Variant, places, variants
 from infotraj.diagnosis.linear.observation import Member, Observation, inward, packed, unpacked
+from infotraj.diagnosis.measure.lapped import Lapped
 from infotraj.effects.base import Effect
 from infotraj.errors import InputError
 from infotraj.models import Model
@@ -56,11 +57,12 @@ def sensitivities(
     absent: Sequence[Candidate],
     more: Mapping[str, Sequence[Variant]] | None = None,
     skip: AbstractSet[str] = frozenset(),
+    samples: bool = False,
 ) -> Sensitivities:
     """Residual of the model with `members`, and the columns of their numbers and of the candidates in `absent`.
 
     more: linearisations beside a candidate's own, by its label; skip: labels of members whose columns are not asked
-    for.
+    for; samples: sample by sample, (m, 3, 1 + p) a channel, instead of over the bins of the transform.
     """
     vehicle = observation.vehicle
     x, owner = packed(members, vehicle)
@@ -90,7 +92,8 @@ def sensitivities(
         # Columns are per usual size, whatever the step of the secant.
         factor[list(choice.columns)] *= choice.scale
     changed = [(moved, f) for (moved, _), f in zip(models, factor, strict=True)]
-    return Sensitivities(tuple(map(tuple, of_members)), tuple(choices), columns_of(observation, effects, changed))
+    joint = columns_of(observation, effects, changed, samples)
+    return Sensitivities(tuple(map(tuple, of_members)), tuple(choices), joint)
 
 
 def _choice(variant: Variant, columns: tuple[int, ...], vehicle: Vehicle) -> Choice:
@@ -99,16 +102,23 @@ def _choice(variant: Variant, columns: tuple[int, ...], vehicle: Vehicle) -> Cho
 
 
 def columns_of(
-    observation: Observation, effects: Sequence[Effect], changed: Sequence[tuple[Sequence[Effect], float]]
+    observation: Observation,
+    effects: Sequence[Effect],
+    changed: Sequence[tuple[Sequence[Effect], float]],
+    samples: bool = False,
 ) -> list[list[Array]]:
     """The residual of the vehicle with `effects`, and what it loses with each changed set of effects, times a factor.
 
-    Over the bins of the transform, one (bins, 3, 1 + p) a channel of a flight.
+    Over the bins of the transform, one (bins, 3, 1 + p) a channel of a flight; samples: sample by sample instead.
     """
+
+    def kept(turn: Lapped, x: Array) -> Array:
+        return x if samples else turn.binned(x)
+
     out = []
     for s, turns in zip(observation.samples, observation.transforms, strict=True):
         base = s.residual(Model(observation.vehicle, effects))
-        columns = [[turn.binned(b)] for turn, b in zip(turns, base, strict=True)]
+        columns = [[kept(turn, b)] for turn, b in zip(turns, base, strict=True)]
         for moved, factor in changed:
             try:
                 with np.errstate(all="ignore"):
@@ -116,6 +126,6 @@ def columns_of(
             except InputError:
                 residual = base
             for own, turn, b, r in zip(columns, turns, base, residual, strict=True):
-                own.append(turn.binned(np.nan_to_num((b - r) * factor)))
+                own.append(kept(turn, np.nan_to_num((b - r) * factor)))
         out.append([np.stack(own, axis=2) for own in columns])
     return out
