@@ -91,7 +91,9 @@ def _between(states: Array, place: Array, step: float) -> tuple[Array, Array]:
             q[n, i] = c0 + u * (c1 + u * (c2 + u * (c3 + u * (c4 + u * c5))))
             q_dot[n, i] = (c1 + u * (2 * c2 + u * (3 * c3 + u * (4 * c4 + u * 5 * c5)))) / step
             size += q[n, i] * q[n, i]
-        q[n] /= np.sqrt(size)
+        size = np.sqrt(size)
+        for i in range(3):
+            q[n, i] /= size
     return q, q_dot
 
 

@@ -164,7 +164,13 @@ def diagnose_command(
 @_MODEL
 @click.argument("effects", nargs=-1, required=True, metavar="EFFECT...")
 @click.option(
-    "--fit", "flights", multiple=True, required=True, type=click.Path(path_type=Path), help="A flight; repeat."
+    "--fit",
+    "flights",
+    cls=Several,
+    required=True,
+    type=click.Path(path_type=Path),
+    metavar="FLIGHT...",
+    help="The flights to fit to.",
 )
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="The new model file.")
 @_JSON
