@@ -31,10 +31,10 @@ def as_text(made: Design, output: str) -> str:
 
 def _told(t: Told) -> list[str]:
     if t.after is not None and t.again is not None:
-        now = " (it is told already)" if t.now else ""
+        now = "; it is told already" if t.now else ""
         return [
-            f"after it {t.words} will be told with {_probability(t.after)} probability, "
-            f"after another flight like the last one with {_probability(t.again)}{now}"
+            f"telling {t.words}: {_probability(t.after)} probable after it, "
+            f"{_probability(t.again)} after another flight like the last one{now}"
         ]
     rows = zip(t.numbers, t.errors_now, t.errors_again, t.errors_after, strict=True)
     return [

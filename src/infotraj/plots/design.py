@@ -31,7 +31,7 @@ def _drawn(r: Reference, simulated: Array | None, inputs: Array, limits: Any) ->
         panel.plot(r.position[0, i], r.position[0, j], "o", color="black", ms=4, label="begins and ends here")
         panel.set(xlabel=f"{names[0]} (m)", ylabel=f"{names[1]} (m)", aspect="equal")
         panel.set_title("from above" if names == "xy" else "from the side", fontsize=8)
-    above.legend(fontsize=7, loc="best")
+    figure.legend(*above.get_legend_handles_labels(), fontsize=7, ncols=3, loc="outside upper center")
     speed.plot(r.t, np.linalg.norm(r.velocity, axis=1), color=style.BLUE, lw=1.2, label="speed (m/s)")
     speed.plot(r.t, np.linalg.norm(r.rate, axis=1), color=style.ORANGE, lw=1.0, label="rate (rad/s)")
     speed.set(xlabel="time (s)")
