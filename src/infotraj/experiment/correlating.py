@@ -11,9 +11,8 @@ from infotraj.experiment import flying
 from infotraj.experiment.config import ExperimentConfig
 from infotraj.experiment.learning import data_of, learn
 from infotraj.experiment.randomness import generator
-from infotraj.experiment.selecting import sample_candidates, score, simulate
+from infotraj.experiment.selecting import TASK, sample_candidates, score, simulate
 from infotraj.experiment.tables import write_table
-from infotraj.plots.correlation import TASK
 from infotraj.trajectories.reference import read_reference
 from infotraj.vehicle import load_vehicle
 

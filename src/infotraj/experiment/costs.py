@@ -21,13 +21,12 @@ from infotraj.experiment.effect_columns import effect_columns
 from infotraj.experiment.learning import options
 from infotraj.experiment.randomness import generator
 from infotraj.experiment.rollouts import as_flight
-from infotraj.experiment.selecting import Simulated, score, simulate
+from infotraj.experiment.selecting import TASK, Simulated, score, simulate
 from infotraj.experiment.tables import write_table
 from infotraj.informative.cost import Scorer, of_one_lengthscale
 from infotraj.informative.linear_prior import LinearPrior, Rows, in_the_wrench
 from infotraj.informative.region import visited_region
 from infotraj.informative.simulation import EstimateNoise, Simulator
-from infotraj.plots.correlation import TASK
 from infotraj.residual import hyperparameters
 from infotraj.residual.draws import PosteriorDraws
 from infotraj.residual.gaussian_process import GaussianProcess

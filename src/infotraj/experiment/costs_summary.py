@@ -12,8 +12,8 @@ from scipy.stats import sem, spearmanr, t
 from infotraj.errors import InputError, problem
 from infotraj.evaluation.intervals import Interval
 from infotraj.experiment.costs import LITERAL, OURS
+from infotraj.experiment.selecting import TASK
 from infotraj.experiment.tables import write_table
-from infotraj.plots.correlation import TASK
 from infotraj.plots.style import write_text
 from infotraj.plots.typeset import markdown as as_markdown
 

@@ -17,8 +17,8 @@ from infotraj.experiment.config import ExperimentConfig
 from infotraj.experiment.evaluating import row
 from infotraj.experiment.learning import data_of, learn
 from infotraj.experiment.randomness import generator
+from infotraj.experiment.selecting import TASK
 from infotraj.experiment.tables import write_table
-from infotraj.plots.correlation import TASK
 from infotraj.residual.gaussian_process import GaussianProcess
 from infotraj.trajectories.reference import read_reference
 from infotraj.vehicle import load_vehicle

@@ -20,6 +20,8 @@ from infotraj.trajectories.deviations import DeviationSpace, deviate, within_lim
 from infotraj.trajectories.reference import Reference
 from infotraj.vehicle import Vehicle
 
+TASK = -1  # the number of the task's own flight in tables of candidates
+
 
 @dataclass(frozen=True)
 class Simulated:
@@ -59,7 +61,7 @@ class Scored:
         count = len(self.references) - 1
         return pd.DataFrame(
             {
-                "candidate": [*range(count), -1],
+                "candidate": [*range(count), TASK],
                 "cost": self.costs.mean(axis=1),
                 "cost_std": self.costs.std(axis=1),
                 "chosen": [i == self.chosen for i in range(count + 1)],
