@@ -9,6 +9,7 @@ from infotraj.experiment.selecting import Scored
 from infotraj.informative import region
 from infotraj.informative.cost import Scorer
 from infotraj.residual.gaussian_process import GaussianProcess
+from infotraj.residual.subset import k_medoids
 
 
 def test_the_candidate_that_leaves_least_variance_is_chosen_and_never_the_task():
@@ -35,27 +36,8 @@ def test_each_cost_is_of_its_own_candidate_and_draw():
     flights = 0.3 * rng.standard_normal((2, 3, 60, 6))
     flights[..., 0] += away[..., None]
     where = 0.3 * rng.standard_normal((50, 6))
-    costs = Scorer((a_prior(4),), where, 10).costs(flights, np.random.default_rng(2))
+    costs = Scorer(a_prior(4), where, 10, k_medoids).costs(flights, np.random.default_rng(2))
     assert np.array_equal(np.argsort(costs, axis=None), np.argsort(away, axis=None))
-
-
-def test_a_response_time_is_noise_of_the_candidate_that_shakes():
-    """The same inputs in order, or shuffled: the noise grows by (response time x rate of the torque)^2."""
-    smooth = np.linspace(-1, 1, 200)[:, None] * np.ones(6)
-    shaken = smooth[np.random.default_rng(3).permutation(200)]
-    where = np.random.default_rng(4).uniform(-1, 1, (50, 1)) * np.ones(6)
-    prior, late, period = a_prior(), 0.01, 0.02
-    for flight, least in ((smooth, 0.0), (shaken, 1e-2)):
-        rate = np.gradient(flight[:, 3:], period, axis=0)
-        noise = late**2 * np.mean(np.sum(rate**2, axis=1))
-        assert noise >= least
-        noisier = GaussianProcess(
-            prior.X, prior.Y, prior.lengthscales, prior.signal_variance, prior.noise_variance + noise, prior.prior_mean
-        )
-        flights = flight[None, None]
-        ours = Scorer((prior,), where, 10, response_time=late, period=period).costs(flights, np.random.default_rng(5))
-        as_noise = Scorer((noisier,), where, 10, period=period).costs(flights, np.random.default_rng(5))
-        assert ours == pytest.approx(as_noise, rel=1e-6)
 
 
 def test_epsilon_of_a_residual_that_is_off_by_a_constant_is_that_constant():
