@@ -2,6 +2,7 @@
 
 import functools
 import json
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -17,10 +18,11 @@ from infotraj.design.design import design, room_of
 from infotraj.design.expected import Limits, expected, limits
 from infotraj.design.inputs import commands, own_inputs, stand_in
 from infotraj.design.paths import Room, calmer, drawn, path, varied
-from infotraj.design.questions import open_questions, separated
+from infotraj.design.questions import determined, open_questions, separated
 from infotraj.design.simulation import simulated
 from infotraj.design.worth import Belief, Gram, Question
 from infotraj.diagnosis.diagnosis import diagnose
+from infotraj.diagnosis.judge.evidence import overdispersion
 from infotraj.diagnosis.judge.groups import AS_PROBABLE
 from infotraj.effects import effect_class
 from infotraj.errors import InputError, UsageError
@@ -174,6 +176,19 @@ def test_a_design_tells_more_than_a_calm_flight_and_stays_in_its_limits():
         gram = asked.gram(asked.observed(expected(Model(QUADROTOR), motion, flights[0])))
         shares.append(asked.told_apart(gram, np.random.default_rng(0))[1])
     assert shares[0] < shares[1]
+
+
+def test_a_flight_like_one_of_two_narrows_a_number_no_more_than_two_do():
+    """The next flight's data scatter as the flown ones do, beyond the noise model."""
+    found, _ = flown()
+    question = determined(found, "linear_drag")
+    assert question.spread == overdispersion(question.first.fit)[0]
+    own = question.first.fit.linear.observation
+    last = replace(own, samples=own.samples[-1:], transforms=own.transforms[-1:])
+    now, after, _ = question.errors_after(question.gram(last), "linear_drag")
+    assert (after < now).all()
+    # Two flights and one more of the same kind: at best the root of two thirds, but for how much each one tells.
+    assert (after > 0.6 * now).all()
 
 
 def test_names_that_are_none_and_effects_that_cannot_be_tested_are_refused():

@@ -44,7 +44,7 @@ def determined(found: Diagnosis, name: str) -> Question:
     """One effect's numbers, beside all that is named."""
     label = _label(found, name)
     labels = found.whole.labels
-    return Question(belief(_fitted(found, labels if label in labels else [*labels, label])), None)
+    return _alone(_fitted(found, labels if label in labels else [*labels, label]))
 
 
 def open_questions(found: Diagnosis) -> list[Asked]:
@@ -65,7 +65,11 @@ def open_questions(found: Diagnosis) -> list[Asked]:
 
 def everything(found: Diagnosis) -> Question:
     """All numbers of what was found and of the file, no question being open."""
-    return Question(belief(found.whole), None, spread=overdispersion(found.whole)[0])
+    return _alone(found.whole)
+
+
+def _alone(fit: Fit) -> Question:
+    return Question(belief(fit), None, spread=overdispersion(fit)[0])
 
 
 def _question(first: Fit, second: Fit) -> Question:
