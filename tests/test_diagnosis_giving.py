@@ -1,5 +1,6 @@
 """The model that is given: no axis of flights that were not fitted is predicted worse for what is named."""
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -90,12 +91,12 @@ def test_an_effect_without_a_number_left_is_lost():
     assert "predicted worse" in made.lost["linear_drag"]
 
 
-@pytest.mark.parametrize(("worst", "held_back"), [(1.04, True), (1.2, False)])
+@pytest.mark.parametrize(("worst", "scale", "held_back"), [(1.04, 3.0, True), (1.2, 3.0, False), (1.04, 9.0, False)])
 def test_an_effect_that_a_wrong_file_hides_stays_sure_where_the_corrected_file_predicts_no_axis_worse(
-    monkeypatch, worst, held_back
+    monkeypatch, worst, scale, held_back
 ):
     """On flights that do not agree beside the file as it is; beside its corrected numbers the worst axis is given."""
-    whole = drag_on([[1.0, -0.9, 1.1, -1.0]] * 3)
+    whole = replace(drag_on([[1.0, -0.9, 1.1, -1.0]] * 3), scales=Scales(scale))
     shares = giving._shares
 
     def beside(made, each=None, corrected=False):
