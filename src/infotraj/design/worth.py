@@ -17,6 +17,7 @@ import numpy as np
 from infotraj.diagnosis.gates.observing import observe
 from infotraj.diagnosis.judge.evidence import overdispersion
 from infotraj.diagnosis.judge.groups import AS_PROBABLE
+from infotraj.diagnosis.linear.candidates import places
 from infotraj.diagnosis.linear.observation import Member, Observation, inward, packed, unpacked
 from infotraj.diagnosis.linear.sensitivities import SMALL, columns_of
 from infotraj.diagnosis.noise.spectra import spectra
@@ -161,7 +162,12 @@ class Question:
     def errors_after(self, gram: Gram, label: str) -> tuple[Array, Array, list[int]]:
         """Standard errors now and after the flight of an effect's numbers, (m,) each, in their own units; places."""
         at = [k for k, (name, _) in enumerate(self.first.keys) if name == label]
-        scale = np.array([abs(self.first.fit.linear.columns[self.first.free[k]].scale) for k in at])
+        linear = self.first.fit.linear
+        columns = [linear.columns[self.first.free[k]] for k in at]
+        own = [places(c.candidate, linear.observation.vehicle)[c.place] for c in columns]
+        scale = np.array(
+            [abs(c.scale) * p.slope(p.value(p.absent + c.now * c.scale)) for c, p in zip(columns, own, strict=True)]
+        )
         now = self.first.covariance
         factor = _factor(now)
         G = gram.products[: len(now), : len(now)] / self.spread

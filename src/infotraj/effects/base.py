@@ -142,6 +142,14 @@ class Effect(ABC):
         return parameter.scale
 
     @classmethod
+    def whole(cls, vehicle: Vehicle, parameter: Parameter) -> float:
+        """The positive number of the vehicle file that the parameter adds to or multiplies; 0 where there is none.
+
+        What a file has wrong of such a number is a factor, as likely twice too much as half.
+        """
+        return 0.0
+
+    @classmethod
     def cannot_show(cls, vehicle: Vehicle, flight: Flight) -> str | None:
         """Why this effect cannot be seen with this vehicle in this flight, or None where it can."""
         return (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -56,12 +56,14 @@ class AirLaw:
 class BodyLaw:
     """mass (kg), inertia (3, 3) kg m^2 about the centre of mass, and that centre (3,) m from the body's origin.
 
+    drag_at_rotors: m (3,), how far from the rotors of the vehicle file the drag of the rotors acts.
     mass and inertia are None where the vehicle file leaves them out.
     """
 
     mass: float | None
     inertia: Array | None
     center_of_mass: Array
+    drag_at_rotors: Array = field(default_factory=lambda: np.zeros(3))
 
     @classmethod
     def declared(cls, vehicle: Vehicle) -> BodyLaw:

@@ -30,6 +30,10 @@ class MassOffset(Effect):
     def bounds(cls, vehicle: Vehicle, parameter: Parameter) -> tuple[float, float]:
         return -0.5 * vehicle.mass, vehicle.mass
 
+    @classmethod
+    def whole(cls, vehicle: Vehicle, parameter: Parameter) -> float:
+        return vehicle.mass
+
     def body(self, law: BodyLaw) -> BodyLaw:
         return law if law.mass is None else replace(law, mass=law.mass + self.dm)
 
@@ -58,6 +62,11 @@ class InertiaError(Effect):
         i = cls._place[parameter.name]
         nominal = vehicle.inertia_matrix()[i, i]
         return -0.8 * nominal, 9.0 * nominal
+
+    @classmethod
+    def whole(cls, vehicle: Vehicle, parameter: Parameter) -> float:
+        i = cls._place[parameter.name]
+        return float(vehicle.inertia_matrix()[i, i])
 
     def body(self, law: BodyLaw) -> BodyLaw:
         if law.inertia is None:

@@ -24,6 +24,10 @@ class ThrustScale(Effect):
     parameters = (Parameter("factor", "-", 0.1, (0.3, 3.0), absent=1.0, meaning="true thrust per modelled thrust"),)
     source = "T = k_F w^2; Leishman, Principles of Helicopter Aerodynamics, 2.4 (thrust coefficient)"
 
+    @classmethod
+    def whole(cls, vehicle: Vehicle, parameter: Parameter) -> float:
+        return 1.0
+
     def thrust_factor(self, along: Along) -> float:
         return self.factor
 
@@ -39,6 +43,10 @@ class RotorEffectiveness(Effect):
     )
     source = "loss of control effectiveness; Zhang and Jiang, Annual Reviews in Control 32 (2008)"
     repeatable = True
+
+    @classmethod
+    def whole(cls, vehicle: Vehicle, parameter: Parameter) -> float:
+        return 1.0
 
     def check(self, vehicle: Vehicle) -> None:
         super().check(vehicle)
@@ -93,6 +101,10 @@ class MomentScale(Effect):
         if not any(r.moment_constant for r in vehicle.rotors):
             return "the vehicle file gives every rotor a moment_constant of 0"
         return cancelling(vehicle, flight, "reaction torques")
+
+    @classmethod
+    def whole(cls, vehicle: Vehicle, parameter: Parameter) -> float:
+        return 1.0
 
     def reaction_factor(self, along: Along) -> float:
         return self.factor

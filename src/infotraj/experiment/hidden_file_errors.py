@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from infotraj.diagnosis.judge.numbers import THRUST_OVER_MASS
 from infotraj.effects import effect_class
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
@@ -116,11 +117,20 @@ _IN_THE_SECTION: dict[str, dict[str, tuple[str, ...]]] = {  # by effect and para
 def told_in_file(name: str, hidden: Values, section: Sequence[Mapping[str, Any]], file: Vehicle, true: Vehicle) -> bool:
     """Whether the answer's section on the file says a hidden effect and the file's own error together, to a third.
 
+    Of a mass or the scale of all thrusts it is enough that it says their ratio, of which it says that it is no more.
+
     section: rows with name, declared and value; what has no row is taken to be as declared. False where the file is
     right, or the effect is none of its numbers.
     """
+    if file == true:
+        return False
+    ratio = next((row["value"] for row in section if row["name"] == THRUST_OVER_MASS), None)
+    if name in ("mass_offset", "thrust_scale") and ratio is not None:
+        heavier = (true.mass + hidden.get("dm", 0.0)) / file.mass
+        off = np.log(hidden.get("factor", 1.0) * _thrust(file, true)[0]["factor"] / heavier)
+        return bool(abs(np.log(ratio) - off) <= THIRD * abs(off))
     names = _IN_THE_SECTION.get(name)
-    if file == true or names is None:
+    if names is None:
         return False
     rows = {row["name"].replace(".thrust, factor", ".thrust_coefficient"): row for row in section}
     place = int(hidden.get("rotor", 0))

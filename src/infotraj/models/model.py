@@ -11,6 +11,7 @@ from infotraj.effects.along import Along
 from infotraj.effects.base import Effect, overrides
 from infotraj.effects.channels import missing_channel
 from infotraj.effects.laws import ActuatorLaw, AirLaw, BodyLaw, ImuLaw
+from infotraj.effects.rotor_place import torque_at
 from infotraj.errors import InputError, UsageError, problem
 from infotraj.flight import Flight
 from infotraj.models import body
@@ -138,9 +139,12 @@ class Model:
         along = copy.copy(along)
         object.__setattr__(along, "thrust", thrust)
         for effect in self._with("wrench") + self._with("rotor_force"):
-            total = total + kept.get(
+            added = kept.get(
                 f"{effect.name} {segment.start}", (thrust_key, effect.key), lambda e=effect: _added(e, along)
             )
+            total = total + added
+            if frame.drag_at_rotors.any() and overrides(effect, "rotor_force"):
+                total[:, 3:] += torque_at(frame.drag_at_rotors, added[:, :3])
         force, torque = total[:, :3], total[:, 3:]
         momenta = [e.rotor_momentum(along) for e in self._with("rotor_momentum")]
         rate = along.motion.rate

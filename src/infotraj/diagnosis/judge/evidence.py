@@ -151,25 +151,30 @@ def rise_beside(whole: Fit, chosen: tuple[int, ...], mine: Sequence[int]) -> flo
     return float(rise[acts(sums, mine)].max(initial=0.0))
 
 
-def takes_half(whole: Fit, label: str, rest: Fit | None = None) -> bool:
+def takes_half(whole: Fit, label: str) -> bool:
     """Whether the set takes half of the error off an axis, beside the file as it is, and without this effect does not.
 
-    On flights that were not fitted. rest: the set without it, fitted by itself; as for `evidence`.
+    On flights that were not fitted, with the numbers that were found: beside another file others would fit better, and
+    stand for what this one has wrong.
     """
     linear = whole.linear
-    chosen = tuple(i for i in whole.chosen if linear.choices[i].label != label)
-    every = _beside_the_file(whole, whole.chosen)
-    without = _beside_the_file(whole, chosen) if rest is None else _beside_the_file(rest, rest.chosen)
+    each = _beside_the_file(whole)
+    without = each.copy()
+    without[:, [i for i, c in enumerate(linear.columns) if c.candidate.label == label]] = 0.0
+    left = [linear.absent.plain_error(x) for x in (each, without)]
     ignored = linear.observation.ignored
     moves = np.array([refusal.axis_group(a) is not None and a not in ignored for a in linear.sums.axes])
-    return bool(np.any((every < _HALF**2 * without)[moves]))
+    return bool(np.any((left[0] < _HALF**2 * left[1])[moves]))
 
 
-def _beside_the_file(made: Fit, chosen: tuple[int, ...]) -> Array:
-    """Plain mean squared error (axes,) of a set beside the file as it is, on flights that were not fitted."""
-    linear = made.linear
-    scorer = linear.scorer(Scales(0.0), [m for m in linear.point if m.held])
-    return linear.absent.plain_error(scorer.solution(chosen).each)
+def _beside_the_file(whole: Fit) -> Array:
+    """The numbers that were found, without each fold (folds, p), and those of the file as they are."""
+    linear = whole.linear
+    each = (whole.solution.each if linear.observation.healthy is None else whole.changes[1]).copy()
+    taken = {c for i in whole.chosen for c in linear.choices[i].columns}
+    each[:, [i for i in range(each.shape[1]) if i not in taken]] = 0.0
+    each[:, list(linear.kept)] = linear.scorer(Scales(0.0), whole.held).given[list(linear.kept)] if linear.kept else 0.0
+    return each
 
 
 def resampled(flight: NDArray, rng: np.random.Generator, count: int = RESAMPLES) -> Array:

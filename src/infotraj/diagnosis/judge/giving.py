@@ -20,7 +20,7 @@ from infotraj.diagnosis.linear.candidates import places
 from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.noise.spectra import binned, spectra
 from infotraj.diagnosis.select.bounds import beyond_bounds
-from infotraj.diagnosis.select.prior import SCALES, Scales
+from infotraj.diagnosis.select.prior import Scales
 from infotraj.diagnosis.select.score import Solution
 from infotraj.diagnosis.select.search import Fit, Search
 from infotraj.rotations import Array
@@ -59,11 +59,9 @@ def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
     left = {m.candidate.label for m in pruned.fit.members if _as_before(m, search.observation)}
     nothing = "the model that predicts best beside the file as it is has nothing of it"
     lost = {label: nothing for label in labels if label in left} | pruned.lost
-    # A file as wrong as files ever are bounds what is learned of it: its corrections are no ground to stand on.
     if (
         not lost
         or not inside
-        or whole.scales.common >= max(SCALES)
         or search.observation.healthy is not None
         or _shares(whole, corrected=True).max() > _WORSE
     ):

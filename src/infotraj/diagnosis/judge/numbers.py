@@ -8,12 +8,14 @@ from typing import Any
 import numpy as np
 
 from infotraj.diagnosis.judge.evidence import overdispersion
+from infotraj.diagnosis.linear.candidates import places, slopes
 from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.select.search import Fit
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
 ORDINARY = 3.0  # standard deviations of this file's own errors: further off, a number is a finding
+THRUST_OVER_MASS = "thrust of all rotors over mass, factor"
 _SEEN = 3.0  # standard errors by which a file number must be off to be told
 _AXES = ("x", "y", "z")
 
@@ -45,10 +47,10 @@ def fitted_numbers(made: Fit) -> list[dict[str, Any]]:
     out = []
     for m in made.members:
         at = m.places(vehicle)
-        values = np.zeros(len(at))
+        values, slope = np.zeros(len(at)), slopes(m.effect, at)
         for i, c in enumerate(made.linear.columns):
             if c.candidate.label == m.candidate.label and deviation[i] > 0:
-                values[c.place] = deviation[i] * abs(c.scale)
+                values[c.place] = deviation[i] * abs(c.scale) * slope[c.place]
         out.append(by_parameter(m, values))
     return out
 
@@ -71,9 +73,10 @@ def file_numbers(made: Fit) -> tuple[FileNumber, ...]:
         return ()
     vehicle = linear.observation.vehicle
     spike = linear.spike(made.scales)
-    deviation = np.sqrt(np.diag(overdispersion(made)[1]))
+    covariance = overdispersion(made)[1]
+    deviation = np.sqrt(np.diag(covariance))
     labels = set(made.labels)
-    out = []
+    out = _thrust_over_mass(made, spike, covariance)
     for i, c in enumerate(linear.columns):
         if spike[i] <= 0 or c.candidate.label in labels or deviation[i] <= 0:
             continue
@@ -81,10 +84,38 @@ def file_numbers(made: Fit) -> tuple[FileNumber, ...]:
         if abs(theta) < _SEEN * deviation[i]:
             continue
         name, declared, per = _in_the_file(c.candidate.name, dict(c.candidate.fixed), c.place, vehicle)
-        size = per * c.scale
+        at = places(c.candidate, vehicle)[c.place]
+        moved = at.value(at.absent + theta * c.scale)
+        error = abs(deviation[i] * per * c.scale) * at.slope(moved)
         ordinary = abs(theta) < ORDINARY * spike[i]
-        out.append(FileNumber(name, declared, declared + theta * size, float(abs(deviation[i] * size)), bool(ordinary)))
+        out.append(FileNumber(name, declared, declared + per * (moved - at.absent), float(error), bool(ordinary)))
     return tuple(out)
+
+
+def _thrust_over_mass(made: Fit, spike: Array, covariance: Array) -> list[FileNumber]:
+    """By which factor the thrust of all rotors over the mass is off, where flights show it; none where a name says it.
+
+    Accelerations tell the ratio, and hardly ever which of the two is off: each alone may be within its error.
+    """
+    linear = made.linear
+    vehicle = linear.observation.vehicle
+    labels = set(made.labels)
+    if {x.split()[0] for x in labels} & {"mass_offset", "thrust_scale"} or not vehicle.mass:
+        return []
+    weight = np.zeros(len(linear.columns))
+    for i, c in enumerate(linear.columns):
+        name = c.candidate.name
+        if name == "rotor_effectiveness" and (spike[i] > 0 or c.candidate.label in labels):
+            weight[i] = c.scale / len(vehicle.rotors)
+        elif name == "mass_offset" and spike[i] > 0:
+            weight[i] = -c.scale / vehicle.mass
+    # Coordinates are logarithms: a ratio is a sum.
+    total, error = float(weight @ made.solution.theta), float(np.sqrt(weight @ covariance @ weight))
+    if error <= 0 or abs(total) < _SEEN * error:
+        return []
+    ordinary = abs(total) < ORDINARY * float(np.linalg.norm(weight * spike))
+    factor = float(np.exp(total))
+    return [FileNumber(THRUST_OVER_MASS, 1.0, factor, error * factor, ordinary)]
 
 
 def _in_the_file(effect: str, fixed: dict[str, int], place: int, vehicle: Vehicle) -> tuple[str, float, float]:
@@ -111,6 +142,7 @@ def _in_the_file(effect: str, fixed: dict[str, int], place: int, vehicle: Vehicl
     words = {
         "moment_scale": ("moment_constant of all rotors, factor", 1.0),
         "rotor_lag": ("time_constant of the rotors, more by", 0.0),
+        "rotor_place": (f"middle of the rotors, further along {axis} by", 0.0),
         "servo_lag": ("time_constant of the tilts, more by", 0.0),
         "actuation_delay": ("commands, later by", 0.0),
         "time_offset": ("clock of the IMU, later by", 0.0),

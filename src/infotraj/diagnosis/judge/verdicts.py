@@ -89,7 +89,7 @@ class Judge:
         if not m.candidate.cls.linear:
             rest = self.search.fitted([x for x in self.whole.labels if x != label], self.whole)
         found = evidence(self.whole, label, self.rng, rest)
-        verdict, reason = self._doubt(m, found, rest)
+        verdict, reason = self._doubt(m, found)
         if verdict is not None:
             return [(Finding(name, verdict, (name,), found, values_of(m), errors, reason), None)]
         alike = [r for r in rivals(self.search, self.whole, label, self.matters) if r.label.split()[0] != name]
@@ -109,12 +109,12 @@ class Judge:
             for x, own, r in members
         ]
 
-    def _doubt(self, m: Member, e: Evidence, rest: Fit | None) -> tuple[str | None, str]:
+    def _doubt(self, m: Member, e: Evidence) -> tuple[str | None, str]:
         """Why a member of the set is not named with confidence: verdict and reason, (None, "") where it is."""
         ended = beyond_bounds([m], self.search.observation.vehicle)
         # What takes nothing off flights that were not fitted is negligible, however sure the numbers are.
         small = e.rise < self.matters or e.share == 0.0 or (e.share < _SHARE and e.rise < _LARGE)
-        half = takes_half(self.whole, m.candidate.label, rest)
+        half = takes_half(self.whole, m.candidate.label)
         if small and not half:
             return "Not needed", "real, but negligible beside what the vehicle file is off by"
         if ended:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,8 @@ from infotraj.errors import InputError
 from infotraj.flight import Flight
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
+
+_NOTHING = 0.01  # of a positive number of the file: less is as good as none
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,12 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Place:
-    """Where in an effect's form one fitted number stands."""
+    """Where in an effect's form one fitted number stands, and its coordinate: what is fitted in its place.
+
+    The coordinate of a number that changes a positive one of the file (whole) is that one's logarithm, times whole: a
+    factor of 2 is as far away as one of 1/2, and near the absent value it is the number itself. Of others it is the
+    number. scale: usual size; low, high: bounds; absent: all of the coordinate.
+    """
 
     parameter: str
     component: int
@@ -57,6 +64,23 @@ class Place:
     low: float
     high: float
     absent: float
+    whole: float = 0.0
+
+    def coordinate(self, value: float) -> float:
+        """The coordinate of a value."""
+        if self.whole <= 0.0:
+            return value
+        return self.absent + self.whole * float(np.log(max(1.0 + (value - self.absent) / self.whole, _NOTHING)))
+
+    def value(self, coordinate: float) -> float:
+        """The value at a coordinate."""
+        if self.whole <= 0.0:
+            return coordinate
+        return self.absent + self.whole * float(np.expm1((coordinate - self.absent) / self.whole))
+
+    def slope(self, value: float) -> float:
+        """By how much the value changes with its coordinate."""
+        return 1.0 if self.whole <= 0.0 else max(1.0 + (value - self.absent) / self.whole, _NOTHING)
 
 
 def places(candidate: Candidate, vehicle: Vehicle) -> list[Place]:
@@ -66,20 +90,33 @@ def places(candidate: Candidate, vehicle: Vehicle) -> list[Place]:
         low, high = candidate.cls.bounds(vehicle, p)
         absent = candidate.cls.absent(vehicle, p)
         scale = float(candidate.cls.scale(vehicle, p)) or 1.0
-        found += [Place(p.name, i, scale, float(low), float(high), float(absent[i])) for i in range(p.count(vehicle))]
+        whole = float(candidate.cls.whole(vehicle, p))
+        for i in range(p.count(vehicle)):
+            at = Place(p.name, i, scale, float(low), float(high), float(absent[i]), whole)
+            found.append(replace(at, low=at.coordinate(at.low), high=at.coordinate(at.high)))
     return found
 
 
-def read(effect: Effect, at: Sequence[Place]) -> Array:
-    """The fitted numbers of an effect."""
+def raw(effect: Effect, at: Sequence[Place]) -> Array:
+    """The fitted numbers of an effect as they are."""
     return np.array([float(np.atleast_1d(getattr(effect, p.parameter))[p.component]) for p in at])
 
 
+def read(effect: Effect, at: Sequence[Place]) -> Array:
+    """The coordinates of the fitted numbers of an effect."""
+    return np.array([p.coordinate(v) for p, v in zip(at, raw(effect, at), strict=True)])
+
+
+def slopes(effect: Effect, at: Sequence[Place]) -> Array:
+    """By how much each fitted number of an effect changes with its coordinate."""
+    return np.array([p.slope(v) for p, v in zip(at, raw(effect, at), strict=True)])
+
+
 def written(candidate: Candidate, at: Sequence[Place], x: Array) -> Effect:
-    """The effect with fitted numbers x."""
+    """The effect whose fitted numbers have coordinates x."""
     values: dict[str, Any] = {}
     for place, value in zip(at, x, strict=True):
-        values.setdefault(place.parameter, []).append(float(value))
+        values.setdefault(place.parameter, []).append(place.value(float(value)))
     return candidate.at(values)
 
 

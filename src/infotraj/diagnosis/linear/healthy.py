@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from infotraj.diagnosis.linear.candidates import Candidate, Place, read, written
+from infotraj.diagnosis.linear.candidates import Candidate, Place, read, slopes, written
 from infotraj.effects.base import Effect
 from infotraj.flight import Flight
 from infotraj.rotations import Array
@@ -63,11 +63,11 @@ class Healthy:
         return self.effects.get(candidate.label) or candidate.absent(vehicle)
 
     def numbers(self, candidate: Candidate, at: Sequence[Place], vehicle: Vehicle) -> Array:
-        """The healthy numbers of an effect."""
+        """The coordinates of the healthy numbers of an effect."""
         return read(self.values(candidate, vehicle), at)
 
     def errors(self, label: str, at: Sequence[Place]) -> Array:
-        """Standard deviation of each of an effect's numbers, in its unit; nan where the flights could not show it."""
+        """Standard deviation of each coordinate of an effect's numbers; nan where the flights could not show it."""
         place = {owner: k for k, owner in enumerate(self.owners)}
         found = [place.get((label, i)) for i in range(len(at))]
         size = [
@@ -81,8 +81,8 @@ class Healthy:
 
     def said(self, candidate: Candidate, at: Sequence[Place], vehicle: Vehicle) -> dict[str, Any]:
         """The healthy numbers and their standard errors by parameter, for an answer."""
-        x, error = self.numbers(candidate, at, vehicle), self.errors(candidate.label, at)
-        effect = written(candidate, at, x)
+        effect = written(candidate, at, self.numbers(candidate, at, vehicle))
+        error = self.errors(candidate.label, at) * slopes(effect, at)
         spread: dict[str, Any] = {}
         for p, e in zip(at, error, strict=True):
             spread.setdefault(p.parameter, []).append(float(e) if np.isfinite(e) else None)

@@ -66,8 +66,11 @@ class Weights:
 
     def of(self, number: int, s: Spectrum) -> Array:
         """The weight (n,) of each coefficient of spectrum `number`."""
-        a = self.axes.index(s.axis)
-        return (self.coherence[a] / self.noise[a])[s.band] * self.second[number]
+        return self.coherence[self.axes.index(s.axis)][s.band] * self.certain(number, s)
+
+    def certain(self, number: int, s: Spectrum) -> Array:
+        """The same were every frequency predictable, (n,)."""
+        return (1.0 / self.noise[self.axes.index(s.axis)])[s.band] * self.second[number]
 
 
 def transforms(samples: Sequence[FlightSamples]) -> list[list[Lapped]]:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from infotraj.diagnosis.linear.candidates import raw, read
 from infotraj.diagnosis.linear.observation import Member
 from infotraj.vehicle import Vehicle
 
@@ -19,9 +20,9 @@ def beyond_bounds(members: Sequence[Member], vehicle: Vehicle) -> dict[str, str]
     """
     found = {}
     for m in members:
-        for p in m.places(vehicle):
-            value = float(np.atleast_1d(getattr(m.effect, p.parameter))[p.component])
+        at = m.places(vehicle)
+        for p, x, value in zip(at, read(m.effect, at), raw(m.effect, at), strict=True):
             bounds = [b for b in (p.low, p.high) if np.isfinite(b) and abs(b - p.absent) > 1e-9 * max(1.0, abs(b))]
-            if any(abs(value - b) <= _SHORT * abs(b - p.absent) for b in bounds):
+            if any(abs(x - b) <= _SHORT * abs(b - p.absent) for b in bounds):
                 found[m.candidate.label] = f"the fit ends at the physical bound of {p.parameter} ({value:.3g})"
     return found

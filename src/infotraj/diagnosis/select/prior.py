@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from infotraj.diagnosis.linear.candidates import Candidate
+from infotraj.effects.rotor_place import RotorPlace
 from infotraj.effects.rotor_torque import RotorTorque, arms
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
@@ -27,10 +28,11 @@ FILE = {
     "rotor_effectiveness": (1 / 15, "rotors"),  # 1 % of a rotor's thrust
     "mass_offset": (1 / 10, "mass"),  # 0.5 %: a scale is better than a bench
     "inertia_error": (2 / 15, "inertia"),  # 2 %: from a drawing, or a pendulum
-    "com_offset": (1 / 20, "place"),  # 0.15 % of an arm
+    "com_offset": (1 / 20, "place"),  # 0.15 % of an arm, and a third of a millimetre
     "moment_scale": (1 / 15, "moment"),  # 2 %
     "rotor_torque": (1 / 7, "arms"),  # 0.7 mm, and as much of the reaction torque's arm
-    "rotor_lag": (0.0, "time"),  # 3 % of what the file says: see `_LAG`
+    "rotor_place": (1 / 7, "arms"),  # 0.7 mm
+    "rotor_lag": (0.0, "time"),  # 5 % of what the file says: see `_LAG`
     "servo_lag": (0.0, "time"),  # the same
     "actuation_delay": (1 / 15, "clock"),  # 1 ms
     "time_offset": (1 / 10, "clock"),  # 1 ms: clocks of log and sensor
@@ -38,7 +40,8 @@ FILE = {
     "imu_misalignment": (1 / 10, "angle"),  # 0.1 deg
     "steady_force": (1 / 18, "angle"),  # 0.1 deg by which the world frame is not level: 0.17 % of the weight
 }
-_LAG = 0.03  # of the declared time constant; a file that declares none is not off by some: its vehicle has no lag
+_LAG = 0.05  # of the declared time constant; a file that declares none is not off by some: its vehicle has no lag
+_BALANCED = 0.00033  # m: what a balance tells of a centre of mass, however small the vehicle
 _STAMP = 0.1  # of the time between commands: their stamps are hardly more exact
 
 
@@ -78,6 +81,8 @@ def spikes(owners: Sequence[tuple[Candidate, float]], scales: Scales, command_st
         deviation, kind = FILE[candidate.name]
         if kind == "time":
             deviation = _LAG * _declared_lag(candidate.name, vehicle) / abs(size)
+        if kind == "place":
+            deviation = np.hypot(deviation, _BALANCED / abs(size))
         out[i] = scales.of(kind) * deviation
         if kind in ("time", "clock"):
             out[i] = np.hypot(out[i], _STAMP * command_step / abs(size))
@@ -96,9 +101,12 @@ def file_only(vehicle: Vehicle, known: Sequence[Candidate]) -> list[Candidate]:
     if not vehicle.rotors or not any(c.name == "rotor_effectiveness" for c in known) or vehicle.inertia is None:
         return []
     form = tuple(p for p in RotorTorque.parameters if not p.index)
-    return [Candidate(RotorTorque, form, (("rotor", i),)) for i in arms(vehicle)]
+    found = [Candidate(RotorTorque, form, (("rotor", i),)) for i in arms(vehicle)]
+    if any(c.name in RotorPlace.beside for c in known):
+        found.append(Candidate(RotorPlace, RotorPlace.parameters))
+    return found
 
 
 def price(candidate: Candidate, alike: int) -> float:
     """Nats that naming this candidate costs before a flight is seen. alike: candidates of the same name."""
-    return float("inf") if candidate.cls is RotorTorque else EACH + float(np.log(max(alike, 1)))
+    return float("inf") if candidate.cls in (RotorTorque, RotorPlace) else EACH + float(np.log(max(alike, 1)))

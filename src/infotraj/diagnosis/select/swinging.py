@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
+from scipy.optimize import minimize_scalar
 
 from infotraj.diagnosis.linear.candidates import Candidate, Variant, places, read, variants, written
 from infotraj.diagnosis.noise.spectra import binned, spectra
@@ -21,6 +22,7 @@ from infotraj.rotations import Array
 
 _RATIO = 1.04  # from one value of the grid to the next: a fiftieth of a period after one swing
 _LONGEST = 20.0  # s of a flight that are scanned: a grid of this ratio stays in step about as long
+_EXACT = 2e-3  # of a value of the grid: in step to the end of what is scanned
 _SPAN = (0.35, 3.0)  # of the least and greatest start
 
 
@@ -42,7 +44,10 @@ def swung(now: Linear, known: Sequence[Candidate]) -> Linear:
         best = None if shape is None else _scanned(now, candidate, shape)
         if best is not None:
             more[candidate.label] = [best]
-    return linearised(now.observation, now.point, known, more, like=now) if more else now
+    if not more:
+        return now
+    # Weighed anew: where a column appears that explains an axis, its error is noise no more.
+    return linearised(now.observation, now.point, known, more, like=now).weighed_by(now.observation)
 
 
 def _scanned(now: Linear, candidate: Candidate, shape: int) -> Variant | None:
@@ -60,7 +65,8 @@ def _scanned(now: Linear, candidate: Candidate, shape: int) -> Variant | None:
     others = [i for i, c in enumerate(now.columns) if c.candidate.label != candidate.label]
     parts = [(k, p) for k, p in enumerate(now.found) if p.flight == number]
     rows = [p.time < until for _, p in parts]
-    weight = [np.sqrt(now.weights.of(k, p))[r] for (k, p), r in zip(parts, rows, strict=True)]
+    # What nothing explains yet counts as noise here, but not for unpredictable.
+    weight = [np.sqrt(now.weights.certain(k, p))[r] for (k, p), r in zip(parts, rows, strict=True)]
     fixed = np.concatenate(
         [
             p.values[np.ix_(r, [0, *(1 + i for i in others)])] * w[:, None]
@@ -89,7 +95,13 @@ def _scanned(now: Linear, candidate: Candidate, shape: int) -> Variant | None:
 
     gains = np.array([gain(v) for v in values])
     best = int(np.argmax(gains))
-    return _variant(candidate, at, own[0], float(values[best]), o.vehicle, shape) if gains[best] > 0 else None
+    if gains[best] <= 0:
+        return None
+    # A step of the grid off, a swing is out of phase before long, and what is found with it is not its own.
+    near = (values[max(best - 1, 0)], values[min(best + 1, len(values) - 1)])
+    refined = minimize_scalar(lambda v: -gain(v), bounds=near, method="bounded", options={"xatol": _EXACT * near[0]})
+    value = float(refined.x) if -refined.fun > gains[best] else float(values[best])
+    return _variant(candidate, at, own[0], value, o.vehicle, shape)
 
 
 def _variant(candidate: Candidate, at, like: Variant, value: float, vehicle, shape: int) -> Variant:

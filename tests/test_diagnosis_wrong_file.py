@@ -1,0 +1,107 @@
+"""Effects beside a vehicle file that is wrong: what is off in the file is not named, and what is missing is.
+
+Flights of the exact simulation, which shares no code with the library.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from exact_simulation import fly
+
+from infotraj.diagnosis.diagnosis import diagnose
+from infotraj.diagnosis.judge.numbers import THRUST_OVER_MASS
+from infotraj.diagnosis.linear.candidates import Candidate, places, raw, read, slopes, written
+from infotraj.effects import catalogue
+from infotraj.experiment.file_profiles import wrong_file
+from infotraj.flight import Flight
+from infotraj.models import Model
+from infotraj.vehicle import load_vehicle
+
+FILE = Path(__file__).parents[1] / "config/vehicles/quadrotor.yaml"
+NOISE = {"gyro": 0.01, "accelerometer": 0.1, "position": 0.001, "attitude": 0.001, "velocity": 0.005}
+
+
+def diagnosed(hidden, wrong, seconds=10.0, seed=40):
+    """The answer on two flights with `hidden` effects, for a file that `wrong` makes of the true one."""
+    true = yaml.safe_load(FILE.read_text())
+    measured = [f"rotor_{i}" for i in range(4)]
+    tables = [fly(true, hidden, seconds=seconds, seed=seed + k, noise=NOISE).drop(columns=measured) for k in range(2)]
+    return diagnose(Model(wrong(load_vehicle(FILE))), [Flight(t, {}) for t in tables])
+
+
+def moved(by, thrust=(1.0, 1.0, 1.0, 1.0), mass=1.0):
+    """A file whose rotors are `by` (m) from where they are, with other thrusts and another mass."""
+
+    def wrong(vehicle):
+        rotors = [
+            r.model_copy(
+                update={
+                    "position": tuple(np.add(r.position, by).tolist()),
+                    "thrust_coefficient": r.thrust_coefficient * k,
+                }
+            )
+            for r, k in zip(vehicle.rotors, thrust, strict=True)
+        ]
+        return vehicle.model_copy(update={"rotors": tuple(rotors), "mass": vehicle.mass * mass})
+
+    return wrong
+
+
+def test_rotors_that_are_elsewhere_than_the_file_says_make_no_name_beside_their_drag():
+    found = diagnosed({"rotor_drag": {"k": 4e-5}}, moved((0.004, -0.004, 0.008), (1.05, 0.97, 1.02, 0.94)))
+    assert found.supported == ("rotor_drag",)
+    assert found.finding("rotor_drag").parameters["k"] == pytest.approx(4e-5, rel=0.1)
+
+
+def test_a_load_is_found_beside_a_wrong_file():
+    hidden = {"suspended_load": {"mass": 0.08, "length": 0.5}}
+    wrong = moved((0.002, 0.002, 0.0), (1.03, 0.97, 1.01, 0.96), mass=0.97)
+    found = diagnosed(hidden, wrong, seconds=16.0, seed=41)
+    assert found.supported == ("suspended_load",)
+    assert found.finding("suspended_load").parameters["length"] == pytest.approx(0.5, rel=0.02)
+
+
+def test_the_thrust_over_the_mass_is_told_where_neither_is_told_alone():
+    def wrong(vehicle):
+        file = wrong_file(vehicle, "3%", np.random.default_rng(3))
+        return file.model_copy(update={"mass": file.mass * 0.97})
+
+    true = load_vehicle(FILE)
+    file = wrong(true)
+    thrust = np.mean(
+        [t.thrust_coefficient / f.thrust_coefficient for t, f in zip(true.rotors, file.rotors, strict=True)]
+    )
+    found = diagnosed({}, wrong)
+    assert found.supported == ()
+    (ratio,) = [n for n in found.file if n.name == THRUST_OVER_MASS]
+    assert ratio.value == pytest.approx(thrust * file.mass / true.mass, abs=0.005)
+    assert ratio.standard_error < 0.005
+    assert not any(n.name == "mass" for n in found.file)
+
+
+@pytest.mark.parametrize("name", ["mass_offset", "inertia_error", "thrust_scale", "rotor_effectiveness"])
+def test_a_number_is_as_far_from_its_double_as_from_its_half(name):
+    vehicle, cls = load_vehicle(FILE), catalogue()[name]
+    candidate = Candidate(
+        cls, tuple(p for p in cls.parameters if not p.index), (("rotor", 0),) if cls.repeatable else ()
+    )
+    at = [replace(p, low=-np.inf, high=np.inf) for p in places(candidate, vehicle)]
+    whole = np.array([p.whole for p in at])
+    absent = np.array([p.absent for p in at])
+    above, below = ([p.coordinate(a + w * x) for p, a, w in zip(at, absent, whole, strict=True)] for x in (0.25, -0.2))
+    assert np.allclose(np.subtract(above, absent), -np.subtract(below, absent))
+    effect = written(candidate, at, np.array(above))
+    assert np.allclose(raw(effect, at), absent + 0.25 * whole)
+    assert np.allclose(read(effect, at), above)
+    assert np.allclose(slopes(effect, at), 1.25)
+
+
+def test_a_number_that_adds_to_nothing_is_its_own_coordinate():
+    vehicle, cls = load_vehicle(FILE), catalogue()["com_offset"]
+    at = places(Candidate(cls, cls.parameters), vehicle)
+    effect = cls(r=[0.01, -0.02, 0.005])
+    assert np.array_equal(read(effect, at), [0.01, -0.02, 0.005])
+    assert np.array_equal(slopes(effect, at), np.ones(3))
