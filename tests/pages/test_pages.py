@@ -13,7 +13,7 @@ from infotraj.examples.pages import difference, rewritten, run_page
 from infotraj.flight import Flight, read_flight
 
 TOP = Path(__file__).parents[2]
-PAGES = ("README.md", "docs/tutorial.md", "docs/commands.md")
+PAGES = ("README.md", "docs/tutorial.md", "docs/commands.md", "docs/python.md")
 
 
 @pytest.mark.slow
