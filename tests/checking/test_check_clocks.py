@@ -28,6 +28,7 @@ def made(rng, lag, noise=0.2, duration=30.0, rate=100.0, drift=0.0):
     return stream, y, centres, np.floor(centres).astype(int)
 
 
+@pytest.mark.long
 def test_offset_is_unbiased_and_its_standard_error_is_right():
     z = []
     for seed in range(60):

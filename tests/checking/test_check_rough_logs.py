@@ -78,6 +78,7 @@ def test_a_still_vehicle_is_not_told_that_its_gyro_has_another_unit():
     assert not [f.code for f in found if f.code.startswith(("rate_", "velocity_", "position_", "acceleration_"))]
 
 
+@pytest.mark.long
 def test_logs_of_one_mapping_get_one_answer(tmp_path):
     """Two gentle flights hardly tell body rates from world rates; a third one of the same mapping does."""
     paths = []
@@ -95,6 +96,7 @@ def test_logs_of_one_mapping_get_one_answer(tmp_path):
     assert [c.outcome for c in check_logs(paths)] == ["rejected"] * 3
 
 
+@pytest.mark.long
 def test_one_log_that_is_grossly_wrong_stays_rejected_beside_good_ones(tmp_path):
     paths = [tmp_path / f"{seed}.parquet" for seed in range(3)]
     for seed, path in enumerate(paths):

@@ -157,6 +157,7 @@ def flown():
     return diagnose(Model(QUADROTOR), flights), flights
 
 
+@pytest.mark.long
 def test_a_design_tells_more_than_a_calm_flight_and_stays_in_its_limits():
     found, flights = flown()
     r = room_of(flights, (2.0, 2.0, 1.0), 8.0, 2.0, 0.4, Model(QUADROTOR))

@@ -44,6 +44,7 @@ def heavy():
     return flights({"inertia_error": {"dxx": 0.0, "dyy": 11.0 * CONTENT["inertia"]["yy"], "dzz": 0.0}})
 
 
+@pytest.mark.long
 def test_nothing_at_its_bound_is_supported(stormy, heavy):
     model = Model(load_vehicle(VEHICLE))
     for made, name in ((stormy, "steady_force"), (heavy, "inertia_error")):

@@ -194,6 +194,7 @@ def test_where_data_cannot_say_no_effect_is_supported(case, name):
     assert found.model.effects == ()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "case", "refused"),
     [
@@ -224,6 +225,7 @@ def test_a_premise_that_fails_takes_its_axes_out_and_the_others_are_judged(name,
         assert "spin of rotor_1 reversed" in moment.reason
 
 
+@pytest.mark.long
 def test_a_refusal_that_is_accepted_is_judged_and_said():
     made = flights(tables("quadrotor", DRAG["quadrotor"]))
     found = diagnose(model("quadrotor", one_spin), [accepting(f, ["wrong_vehicle_file"]) for f in made])
@@ -314,6 +316,7 @@ LARGE = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "effects"), [(n, e) for n, many in LARGE.items() for e in many])
 def test_large_effects_are_not_doubted(name, effects):
     made = [fly(CONTENT[name], effects, seconds=SECONDS, seed=3, noise=NOISE)]

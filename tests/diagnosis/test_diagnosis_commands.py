@@ -142,6 +142,7 @@ def test_bad_input_is_one_line_and_leaves_nothing(paths, made, tmp_path):
     assert QUADROTOR.read_bytes() == before
 
 
+@pytest.mark.long
 def test_an_effect_of_the_users_own_is_supported_where_it_is_hidden(made, tmp_path, monkeypatch):
     (tmp_path / "own.py").write_text(textwrap.dedent(OWN))
     vehicle = load_vehicle(QUADROTOR)
@@ -181,6 +182,7 @@ def test_motion_capture_alone_can_show_a_mass(made):
     assert found.finding("gyro_bias").verdict == "Not testable here"
 
 
+@pytest.mark.long
 def test_the_waterfall_draws_the_numbers_of_the_model_that_is_given(made):
     """Also where they are not those that a fit beside the file as it is would give: here half of them."""
     found = diagnose(Model(load_vehicle(QUADROTOR)), [Flight(t) for t in made])

@@ -4,6 +4,7 @@ The exact simulation (`exact_simulation`) shares no code with the library. What 
 docs/effects.md: on an omav whose pairs share one command, moment_scale and gyroscopic.
 """
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -74,6 +75,8 @@ CASES = {
         "thrust_exponent": {"n": 2.2},
     },
 }
+# One of a thrust, of a clock and of the air: what the default run looks at.
+SHORT = {("quadrotor", "rotor_effectiveness"), ("quadrotor", "time_offset"), ("quadrotor", "linear_drag")}
 # Lower rotors in equal pairs: the pair as a whole is weaker, as by a thrust scale; what the torque says is small.
 ALIKE = {("omav", "coaxial_loss"): {"coaxial_loss", "thrust_scale"}}
 
@@ -88,7 +91,14 @@ def flights(name, effects, count=4, seconds=10.0):
     return made
 
 
-@pytest.mark.parametrize(("vehicle", "name"), [(v, n) for v, cases in CASES.items() for n in cases])
+@pytest.mark.parametrize(
+    ("vehicle", "name"),
+    [
+        pytest.param(v, n, marks=() if (v, n) in SHORT else pytest.mark.long, id=f"{v}-{n}")
+        for v, cases in CASES.items()
+        for n in cases
+    ],
+)
 def test_an_effect_alone_is_named_with_its_numbers(vehicle, name):
     true = CASES[vehicle][name]
     found = diagnose(Model(load_vehicle(VEHICLES / f"{vehicle}.yaml")), flights(vehicle, {name: true}))
@@ -108,13 +118,19 @@ def test_an_effect_alone_is_named_with_its_numbers(vehicle, name):
         assert np.all(error < allowed), (finding.parameters, true)
 
 
-@pytest.mark.parametrize("vehicle", CASES)
+@cache
+def of_nothing(vehicle):
+    return diagnose(Model(load_vehicle(VEHICLES / f"{vehicle}.yaml")), flights(vehicle, {}))
+
+
+@pytest.mark.parametrize("vehicle", ["quadrotor", pytest.param("omav", marks=pytest.mark.long)])
 def test_nothing_is_named_where_nothing_is_missing(vehicle):
-    found = diagnose(Model(load_vehicle(VEHICLES / f"{vehicle}.yaml")), flights(vehicle, {}))
+    found = of_nothing(vehicle)
     assert found.supported == ()
     assert not found.unexplained.found
 
 
+@pytest.mark.long
 def test_two_effects_that_shift_in_time_are_named_together():
     true = {"rotor_lag": CASES["quadrotor"]["rotor_lag"], "time_offset": CASES["quadrotor"]["time_offset"]}
     found = diagnose(Model(load_vehicle(VEHICLES / "quadrotor.yaml")), flights("quadrotor", true))
@@ -125,6 +141,7 @@ def test_two_effects_that_shift_in_time_are_named_together():
         assert fitted == pytest.approx(value, abs=0.002)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "true",
     [
@@ -143,12 +160,13 @@ def test_what_acts_beside_another_effect_is_named_with_it(true):
 
 
 def test_what_acts_beside_another_effect_is_not_asked_for_without_it():
-    found = diagnose(Model(load_vehicle(VEHICLES / "quadrotor.yaml")), flights("quadrotor", {}))
+    found = of_nothing("quadrotor")
     for name in ("wind", "pressure_centre"):
         assert found.finding(name).verdict == "Not testable here"
         assert "acts beside" in found.finding(name).reason
 
 
+@pytest.mark.long
 def test_a_lag_of_the_sensors_is_named_with_its_time_constant():
     true = {"sensor_lag": {"time_constant": 0.008}}
     found = diagnose(Model(load_vehicle(VEHICLES / "quadrotor.yaml")), flights("quadrotor", true))

@@ -24,6 +24,7 @@ CASES = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", CASES)
 def test_a_hidden_effect_is_named_with_its_numbers(case):
     hidden, expected = CASES[case]

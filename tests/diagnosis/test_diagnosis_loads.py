@@ -36,6 +36,7 @@ def flights(mass, length, seed):
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("mass", "length"), [(0.08, 0.5), (0.1, 0.35), (0.1, 2.5)])
 def test_a_length_is_looked_for_where_no_start_is_near(mass, length):
     made = flights(mass, length, 1)
@@ -52,6 +53,7 @@ def test_an_effect_without_a_shape_is_not_scanned():
     assert swung(now, known) is now
 
 
+@pytest.mark.long
 def test_diagnose_and_add_say_the_length_of_a_long_cable():
     made = flights(0.1, 2.5, 2)
     found = diagnose(Model(VEHICLE), made)
@@ -64,6 +66,7 @@ def test_diagnose_and_add_say_the_length_of_a_long_cable():
     assert np.max(added.after.rmse[:3] / added.before.rmse[:3]) < 0.1
 
 
+@pytest.mark.long
 def test_the_length_holds_over_a_minute():
     table = fly(CONTENT, {"suspended_load": {"mass": 0.1, "length": 0.8}}, seconds=60, seed=0, noise=NOISE)
     added = add(Model(VEHICLE), ["suspended_load"], (Flight(table, {}),))

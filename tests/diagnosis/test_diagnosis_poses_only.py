@@ -24,6 +24,7 @@ def poses(name, effects):
     return [Flight(f.drop(columns=[*RATE, *SPECIFIC_FORCE, *VELOCITY])) for f in made]
 
 
+@pytest.mark.long
 def test_a_load_is_no_mass():
     true = {"mass": 0.4, "length": 0.6}
     found = diagnose(Model(load_vehicle(VEHICLES / "omav.yaml")), poses("omav", {"suspended_load": true}))
@@ -58,6 +59,7 @@ def test_the_path_that_swings_a_load_is_smooth(lost):
     assert np.abs((path.at(t) - true)[inside].mean(axis=0)).max() < 0.02
 
 
+@pytest.mark.long
 def test_what_needs_an_imu_is_not_testable_and_says_so():
     found = diagnose(Model(load_vehicle(VEHICLES / "quadrotor.yaml")), poses("quadrotor", {}))
     assert found.supported == ()

@@ -49,6 +49,7 @@ def test_steps_lie_on_the_line_between_commands_but_not_across_a_gap():
     assert not inside.any()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "true"),
     [
@@ -81,12 +82,14 @@ def test_commands_that_were_held_stay_held(true):
     assert not any(COMMAND_STEPS in s.flight.meta for s in found.samples)
 
 
+@pytest.mark.long
 def test_a_model_is_extended_by_what_thinned_logs_say():
     flights = logs("omav", {"linear_drag": {"d": [0.4, 0.5, 0.3]}}, 4)
     made = add(model("omav"), ["linear_drag"], flights)
     np.testing.assert_allclose(made.model.effects[0].values["d"], [0.4, 0.5, 0.3], rtol=0.1)
 
 
+@pytest.mark.long
 def test_what_the_metadata_say_of_commands_is_taken_and_checked(tmp_path):
     vehicle = load_vehicle(VEHICLES / "quadrotor.yaml")
     flights = []
@@ -101,6 +104,7 @@ def test_what_the_metadata_say_of_commands_is_taken_and_checked(tmp_path):
             recorded(vehicle, Flight(flights[0].table, {COMMAND_STEPS: wrong}))
 
 
+@pytest.mark.long
 def test_the_commands_take_and_hand_on_how_to_read(tmp_path):
     paths = []
     for k, made in enumerate(logs("omav", {"linear_drag": {"d": [0.4, 0.5, 0.3]}}, 4)):

@@ -23,7 +23,7 @@ def answer(name):
     return diagnose(Model(OMAV), fly(hide(OMAV, [(name, UNLISTED[name])]), flights=4, seconds=12.0))
 
 
-@pytest.mark.parametrize("name", UNLISTED)
+@pytest.mark.parametrize("name", [pytest.param(n, marks=() if n == "slosh" else pytest.mark.long) for n in UNLISTED])
 def test_physics_of_no_catalogue_is_flagged(name):
     found = answer(name)
     assert found.unexplained.found
@@ -31,16 +31,19 @@ def test_physics_of_no_catalogue_is_flagged(name):
     assert "structured error is left" in sentence(found)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["flexible_arm", "wall_wake"])
 def test_a_name_that_takes_little_of_it_off_is_not_given(name):
     assert answer(name).supported == ()
 
 
+@pytest.mark.long
 def test_the_form_of_a_true_effect_holds():
     found = diagnose(Model(OMAV), fly(truth(center_of_mass=(0.008, -0.005, 0.006))))
     assert found.finding("com_offset").evidence.form_error < 0.05
 
 
+@pytest.mark.long
 def test_a_torque_that_stays_in_the_world_is_flagged_where_it_acts():
     """A vehicle that keeps its attitude feels it as a steady torque, which takes nine tenths of the error off."""
     found = diagnose(Model(OMAV), fly(hide(OMAV, [("magnetic_torque", UNLISTED["magnetic_torque"])])))

@@ -191,7 +191,7 @@ def by_wrench(flight: Flight, rotors) -> Flight:
     return Flight(table.assign(**dict(zip(COMMANDED_WRENCH, wrench.T, strict=True))), dict(flight.meta))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_what_changed_is_told_of_a_vehicle_that_is_commanded_by_wrench():
     content = yaml.safe_load(QUADROTOR.read_text())
     rotors = load_vehicle(QUADROTOR).rotors
@@ -222,7 +222,7 @@ def crazyswarm2(log: int) -> Flight:
     return examined(flight, load_vehicle(CONFIG / "vehicles" / "crazyswarm2.yaml"))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_load_is_told_from_real_flights_of_a_vehicle_that_is_commanded_by_wrench():
     model = Model(load_vehicle(CONFIG / "vehicles" / "crazyswarm2.yaml"))
     free = [crazyswarm2(k) for k in (160, 164, 172, 176)]

@@ -304,7 +304,7 @@ def test_a_users_effect_on_single_rotors_is_not_testable_on_a_wrench():
     assert Push.cannot_show(with_wrench(), flight) == "no rotors in the vehicle file"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_wrench_is_compared_located_rolled_out_and_diagnosed():
     flights = [fly(0.05, noise=1.0, drag=0.25, seed=s)[1] for s in (1, 2, 3)]
     vehicle = with_wrench(thrust_axis=[0, 0, 1])

@@ -55,6 +55,7 @@ def test_columns_that_copy_each_other_are_no_failure():
     assert twice.effects(lasso(twice)) & {"effect 2", "copy"}
 
 
+@pytest.mark.long
 def test_every_way_finds_a_strong_effect(tmp_path):
     factor = (1.0,) * 5 + (0.7,) + (1.0,) * 6
     flights = fly(truth(rotors={"thrust_factor": factor}), flights=2, seconds=6.0)

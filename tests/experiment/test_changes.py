@@ -121,7 +121,7 @@ def test_the_page_counts_what_was_found_and_what_was_wrong(tmp_path):
     assert "**wrong: wind**" in text
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_case_is_flown_to_two_folders_and_a_refusal_finds_nothing(tmp_path):
     flights = HIDDEN.vehicles["quadrotor"].flights.model_copy(update={"seconds": 2.0, "train": ("eight",)})
     vehicle = HIDDEN.vehicles["quadrotor"].model_copy(

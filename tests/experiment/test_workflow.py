@@ -111,6 +111,7 @@ def test_the_quick_graph_has_every_stage(project):
     assert "judge_pool" not in jobs, "there are no real flights here"
 
 
+@pytest.mark.long
 def test_rounds_repeat_the_loop(project):
     (project / "two.yaml").write_text(TINY + "iterations: 2\n")
     once, twice = planned(project), planned(project, config="two.yaml")
@@ -120,6 +121,7 @@ def test_rounds_repeat_the_loop(project):
     assert twice["learn"] == 2 * once["learn"]
 
 
+@pytest.mark.long
 def test_real_flights_join_where_they_are(project, tmp_path):
     (tmp_path / "data" / "nanobench").mkdir(parents=True)
     jobs = planned(project, INFOTRAJ_DATA=str(tmp_path / "data"))
@@ -134,6 +136,7 @@ def test_their_absence_is_said_in_a_line_that_tells_how_to_get_them(project):
     assert "infotraj data get nanobench" in lines[0]
 
 
+@pytest.mark.long
 def test_a_case_of_real_flights_is_skipped_where_its_own_logs_are_not(project, tmp_path):
     logs = tmp_path / "data" / "crazyswarm2" / "logs"
     logs.mkdir(parents=True)
@@ -175,11 +178,13 @@ FIGURES = {"figure_2", "figure_3", "figure_4", "figure_5", "figure_costs", "tabl
 LEARNED = {"learn_prior", "learn", "choose", "fly", "correlate", "validate_start", "validate"}
 
 
+@pytest.mark.long
 def test_a_finished_experiment_has_nothing_to_do_and_a_remark_changes_nothing(finished):
     append(finished, "plots/style.py", "\n# a remark\n")
     assert planned(finished) == {}
 
 
+@pytest.mark.long
 def test_an_edit_of_the_library_reruns_exactly_what_it_touches(finished):
     append(finished, "plots/style.py", "\nADDED = 1\n")
     assert set(planned(finished)) == FIGURES
@@ -187,6 +192,7 @@ def test_an_edit_of_the_library_reruns_exactly_what_it_touches(finished):
     assert set(planned(finished)) == FIGURES | {"record"}
 
 
+@pytest.mark.long
 def test_an_edit_of_the_learner_reruns_all_but_the_references(finished):
     append(finished, "residual/subset.py", "\nADDED = 1\n")
     touched = set(planned(finished))
@@ -194,11 +200,13 @@ def test_an_edit_of_the_learner_reruns_all_but_the_references(finished):
     assert "write_references" not in touched
 
 
+@pytest.mark.long
 def test_a_changed_setting_reruns_exactly_what_reads_it(finished):
     (finished / "tiny.yaml").write_text(TINY + "correlation: {candidates: 7}\n")
     assert set(planned(finished)) == {"correlate", "gather_errors", "figure_2", "claims"}
 
 
+@pytest.mark.long
 def test_a_changed_truth_reruns_what_that_plant_flies(finished):
     truth = finished / "config/plants/omav_a.yaml"
     truth.write_text(truth.read_text() + "# another\n")
@@ -207,6 +215,7 @@ def test_a_changed_truth_reruns_what_that_plant_flies(finished):
     assert "write_references" not in touched
 
 
+@pytest.mark.long
 def test_the_workflow_is_lint_clean(project):
     done = snakemake(project, "--lint")
     assert done.returncode == 0, done.stderr
@@ -221,7 +230,7 @@ def test_scripts_are_adapters_of_at_most_15_lines():
         assert len(lines) <= 15, path.name
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_an_interrupted_run_resumes_where_it_was(project):
     target, first = "results/omav_a/seed0/prior.npz", project / "results/omav_a/seed0/flown/prior.parquet"
     with open(project / "run.log", "w") as log:
@@ -243,7 +252,7 @@ def test_an_interrupted_run_resumes_where_it_was(project):
     assert planned(project, target) == {}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_with_a_vehicle_of_your_own_the_run_waits_for_each_flight_and_goes_on(project):
     """A separate process that shares no code with the plant flies what the workflow asks for."""
     (project / "own.yaml").write_text(TINY.replace("plants: [omav_a]\n", "execution: log\n"))

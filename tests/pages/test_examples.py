@@ -45,7 +45,7 @@ def test_the_examples_are_below_a_megabyte_and_the_vehicle_file_is_the_quadrotor
     assert load_vehicle(QUAD / "vehicle.yaml") == load_vehicle(TOP / "config/vehicles/quadrotor.yaml")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_command_of_the_readme_names_what_is_hidden_and_its_number(tmp_path):
     out = tmp_path / "d.json"
     run("diagnose", QUAD / "vehicle.yaml", *CHANGED, "--json", out)
@@ -61,7 +61,7 @@ def test_the_command_of_the_readme_names_what_is_hidden_and_its_number(tmp_path)
 
 
 # That the same rotor has changed since these is asked by the tutorial (test_pages.py).
-@pytest.mark.slow
+@pytest.mark.long
 def test_of_the_healthy_flights_nothing_is_named(tmp_path):
     out = tmp_path / "d.json"
     run("diagnose", QUAD / "vehicle.yaml", *HEALTHY, "--json", out)

@@ -16,7 +16,7 @@ TOP = Path(__file__).parents[2]
 PAGES = ("README.md", "docs/tutorial.md", "docs/commands.md", "docs/python.md")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", PAGES)
 def test_what_a_page_shows_is_what_its_commands_print(name):
     blocks = run_page((TOP / name).read_text())
@@ -70,7 +70,7 @@ def px4_log(flight, path):
     write_ulog(Flight(table.assign(battery=15.2)), path)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_every_command_of_the_page_on_ulogs_runs_in_its_order(tmp_path):
     for k in range(3):
         px4_log(read_flight(TOP / f"examples/quad/flight_{k}.parquet"), tmp_path / f"log_{k + 1}.ulg")
