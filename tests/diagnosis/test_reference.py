@@ -61,6 +61,7 @@ def test_a_weaker_rotor_is_told_beside_a_wrong_file():
     assert error[1] < 0.5 * error[0]
 
 
+@pytest.mark.long
 def test_nothing_is_told_where_nothing_changed():
     found = answer("{}")
     assert found.supported == ()
@@ -101,6 +102,7 @@ def run(*arguments):
     return result
 
 
+@pytest.mark.long
 def test_the_command_takes_several_healthy_flights(tmp_path):
     paths = []
     for k, f in enumerate([*flights("{}", (0, 1, 2)), *flights(json.dumps(WEAK), (10, 11))]):
@@ -129,6 +131,7 @@ def crazypad(name: str) -> Flight:
     return examined(flight.between(up[0], up[-1]), load_vehicle(CONFIG / "vehicles" / "crazypad.yaml"))
 
 
+@pytest.mark.long
 def test_a_cut_propeller_is_told_from_the_balance_of_a_real_vehicle():
     """No attitude in these logs, and torques whose fast part does not follow the commands."""
     model = Model(load_vehicle(CONFIG / "vehicles" / "crazypad.yaml"))

@@ -340,6 +340,7 @@ def signed(flight):
     return Flight(flight.table.assign(**columns), dict(flight.meta))
 
 
+@pytest.mark.long
 def test_signed_speeds_are_read_by_magnitude_by_every_command_and_stay_as_they_are_stored():
     plain, vehicle = by_speed(fly(seconds=3.0, drag=0.3)[0])
     other = signed(plain)

@@ -68,6 +68,7 @@ def test_the_numbers_of_the_vehicle_files_are_those_of_the_fit():
     assert alone.rmse > 2 * best.rmse
 
 
+@pytest.mark.long
 @needs_nanobench
 def test_nanobench_fails_with_speed_sideways_and_with_voltage_upward_where_it_is_left_out(tmp_path, monkeypatch):
     names = ["B3_figure8_fast_rep1", "B5_helix_medium_rep1", "B10_lissajous_fast_rep1", "B7_oval_slow_rep1"]
@@ -179,6 +180,7 @@ def test_the_nominal_crazyflie_is_the_published_one_but_for_lag_and_inertia():
     assert (nominal.mass, nominal.gravity) == (published.mass, published.gravity)
 
 
+@pytest.mark.long
 def test_a_named_lag_and_inertia_come_back_beside_what_each_finds_alone(tmp_path):
     hidden = {"rotor_lag": 0.05, "inertia": 1.3}
     content = yaml.safe_load((CONFIG / "vehicles/quadrotor.yaml").read_text())

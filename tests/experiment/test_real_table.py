@@ -119,6 +119,7 @@ def test_what_is_not_here_is_said_and_not_read(tmp_path, monkeypatch):
     assert "- quad: data set set holds no b.csv, c.csv." in (tmp_path / "t.md").read_text()
 
 
+@pytest.mark.long
 def test_from_raw_logs_to_an_answer_that_predicts_flights_it_never_saw(tmp_path, monkeypatch):
     monkeypatch.setenv("INFOTRAJ_DATA", str(tmp_path))
     (tmp_path / "set").mkdir()

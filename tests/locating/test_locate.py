@@ -129,6 +129,7 @@ def test_the_region_is_where_the_error_is():
     assert found.samples == pytest.approx(0.25, abs=0.02)
 
 
+@pytest.mark.long
 def test_command_writes_json_and_figures(tmp_path):
     path = tmp_path / "a.parquet"
     flown(QUADROTOR, {"linear_drag": 0.1}, seconds=8.0).write(path)

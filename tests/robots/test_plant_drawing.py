@@ -13,6 +13,7 @@ from infotraj.vehicle import load_vehicle
 OMAV = load_vehicle("config/vehicles/omav.yaml")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["omav_d", "omav_e", "omav_f"])
 def test_the_committed_plants_are_what_the_seed_gives(name, tmp_path):
     drawing.write(OMAV, name, 18, tmp_path / "again.yaml")
