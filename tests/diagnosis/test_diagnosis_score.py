@@ -5,7 +5,7 @@ import pytest
 
 from infotraj.diagnosis.linear.sums import Sums
 from infotraj.diagnosis.select.prior import SLAB
-from infotraj.diagnosis.select.score import Choice, Scorer
+from infotraj.diagnosis.select.score import Choice, Scorer, diluted
 
 RNG = np.random.default_rng(0)
 
@@ -98,3 +98,31 @@ def test_what_an_effect_leaves_is_not_taken_up_by_numbers_that_no_file_has():
     out = made.beside((), full.each, [0])
     np.testing.assert_allclose(out[:, 1], 0.2)
     assert (out[:, 0] == 0.0).all()
+
+
+def log_density(r, covariance):
+    return -0.5 * (r @ np.linalg.solve(covariance, r) + np.linalg.slogdet(covariance)[1])
+
+
+def test_a_number_that_is_held_at_its_bound_is_a_known_one():
+    s = RNG.standard_normal((60, 2))
+    r = s @ [-1.0, 1.0] + RNG.standard_normal(60)
+    made = scorer(r, s, "ab", low=-0.2)
+    slab = np.eye(60) + SLAB**2 * np.outer(s[:, 1], s[:, 1])
+    held, alone = made.scores([(0, 1), (1,)])
+    expected = log_density(r + 0.2 * s[:, 0], slab) - log_density(r, slab) - 3.0
+    assert held - alone == pytest.approx(expected, abs=1e-6)
+
+
+def test_how_far_a_file_is_off_is_weighed_by_the_marginal_likelihood():
+    s = RNG.standard_normal((60, 2))
+    r = s @ [0.0, 0.3] + RNG.standard_normal(60)
+    said = [float(scorer(r, s, "ab", spike=[0.0, size]).scores([()])[0]) for size in (0.1, 1.0, 5.0)]
+    wanted = [log_density(r, np.eye(60) + size**2 * np.outer(s[:, 1], s[:, 1])) for size in (0.1, 1.0, 5.0)]
+    np.testing.assert_allclose(np.diff(said), np.diff(wanted), atol=1e-6)
+
+
+def test_what_flights_differ_by_is_integrated_out():
+    x, scatter = RNG.standard_normal((30, 3)), np.array([0.5, 2.0])
+    covariance = np.eye(30) + x[:, 1:] * scatter**2 @ x[:, 1:].T
+    np.testing.assert_allclose(diluted(x.T @ x, scatter), x.T @ np.linalg.solve(covariance, x), atol=1e-9)

@@ -144,3 +144,41 @@ def test_a_window_of_the_flights_is_all_that_blocks_know():
     counts = np.bincount(np.concatenate([o.blocks.of(s) for s in found]), minlength=len(o.blocks.flight))
     assert (counts > 0).all()
     assert len(flight_samples(Model(vehicle), Flight(table), 6.0, None).channels) == 4
+
+
+def test_a_straight_line_stays_straight_across_a_gap():
+    t = STEP * np.arange(2000)
+    t = t[(t < 4.0) | (t > 4.2)]
+    made = lapped(Samples(t), channel(len(t)))
+    binned = made.binned(np.repeat(3.0 * t[:, None, None], 3, axis=1))[:, 0, 0]
+    assert len(binned) == 400
+    np.testing.assert_allclose(np.diff(binned), 3.0 * 0.025, atol=0.015)
+
+
+def test_what_a_second_counts_does_not_hang_on_the_unit():
+    found, _ = made_spectra(np.random.default_rng(5), lambda f: 0.1)
+    values = found.values.copy()
+    values[found.time == 20.0, 0] += 0.3
+    other = values * [10.0, 1.0]
+    one, two = (weights([Spectrum("fx", 0, v, None, found.band, found.time)]).second[0] for v in (values, other))
+    assert one[found.time == 20.0].max() < 0.7
+    np.testing.assert_allclose(one, two, atol=0.05)
+
+
+def test_what_many_columns_take_up_is_no_less_noise():
+    ratio = []
+    for seed in range(6):
+        found, _ = made_spectra(np.random.default_rng(seed), lambda f: 0.1, count=800)
+        more = np.random.default_rng([seed, 1]).standard_normal((800, 160))
+        values = np.column_stack([found.values, more])
+        w = weights([Spectrum("fx", 0, values, None, found.band, found.time)])
+        full = np.bincount(found.band, minlength=w.noise.shape[1])
+        ratio.append(np.sum(w.noise[0] * full) / np.sum(full) / 0.01)
+    assert np.mean(ratio) == pytest.approx(1.0, abs=0.08)
+
+
+def test_parts_of_one_flight_that_are_held_out_are_each_in_one_piece():
+    found, _ = made_spectra(np.random.default_rng(6), lambda f: 0.1)
+    cut = blocks([found])
+    assert len(np.unique(cut.fold)) == 5
+    assert (np.diff(cut.fold) >= 0).all()

@@ -48,6 +48,12 @@ def test_lateral_force_is_the_drag_that_acts():
     assert flown.t[-1] == pytest.approx(19.99 - 1.5)
 
 
+def test_thrust_goes_with_the_square_of_throttle_times_voltage():
+    one, two = circle(speed=1.0), circle(speed=1.0)
+    two.table["battery"] *= 1.1
+    np.testing.assert_allclose(lateral_force(two).thrust, 1.21 * lateral_force(one).thrust)
+
+
 def test_rows_near_the_ground_and_a_spike_of_the_battery_do_not_count():
     flight = circle(speed=1.0)
     flight.table.loc[:499, "pz"] = 0.1

@@ -13,7 +13,7 @@ from infotraj.experiment.common.config import load
 from infotraj.experiment.paper import choosing
 from infotraj.informative import region
 from infotraj.informative.cost import Scorer, of_one_lengthscale
-from infotraj.informative.simulation import EstimateNoise, Simulator, _advance
+from infotraj.informative.simulation import EstimateNoise, Simulator, _advance, _observe
 from infotraj.residual.draws import MarginalDraws, PosteriorDraws
 from infotraj.residual.gaussian_process import GaussianProcess
 from infotraj.residual.subset import k_medoids
@@ -208,3 +208,12 @@ def test_chance_chooses_among_the_same_candidates_and_both_costs_score_the_same_
         assert min(distance) < 1e-8
         chosen_by_chance.add(int(np.argmin(distance)))
     assert len(chosen_by_chance) > 1
+
+
+def test_each_part_of_the_estimate_has_its_own_noise():
+    state, estimate = np.zeros(13), np.empty(13)
+    state[3] = 1.0
+    noise = np.arange(1.0, 13.0, dtype=np.float32)
+    noise[3:6] = 0.0
+    _observe(state, noise, estimate)
+    np.testing.assert_array_equal(estimate, [1, 2, 3, 1, 0, 0, 0, 7, 8, 9, 10, 11, 12])
