@@ -117,7 +117,8 @@ def test_the_command_writes_checks_and_never_overwrites(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        ([], "no --layout, --order, --arm, --mass, --propeller"),
+        ([], "--arm, --mass, --propeller"),
+        (["--layout", "hexa_x"], "no --order (px4 | ardupilot), --arm"),
         ([*SMALL, "--input", "throttle"], "no --hover"),
         ([*SMALL, "--input", "throttle", "--hover", "40"], "--hover 40; expected a throttle of 0..1"),
         ([*SMALL, "--input", "thrust", "--hover", "40"], "--hover with --input thrust"),
