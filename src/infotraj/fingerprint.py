@@ -21,8 +21,9 @@ PACKAGE = Path(__file__).resolve().parent
 def fingerprint(module: str, *, package: Path = PACKAGE) -> str:
     """Hash (16 hexadecimal digits) of the code of `module` and of all that it imports from its own package.
 
-    module: dotted name, such as "infotraj.experiment.prior"; package: the folder of the top-level package. The same
-    code has the same fingerprint anywhere, under one minor version of Python. InputError where there is no such module.
+    module: dotted name, such as "infotraj.experiment.paper.models"; package: the folder of the top-level package. The
+    same code has the same fingerprint anywhere, under one minor version of Python. InputError where there is no such
+    module.
     """
     digest = hashlib.sha256()
     for name, path in sorted(sources(module, package=package).items()):

@@ -16,14 +16,13 @@ rule choose:
         f"{RUN_BENCHMARK}/round{{round}}/choose_{{source}}.tsv"
     wildcard_constraints:
         source="informative|paper",
-    threads: 1
     resources:
         mem_mb=1500,
     params:
-        code=code("choosing"),
+        code=code("paper.choosing"),
         settings=settings("vehicle", "base_seed", "deviations", "selection", "gains", "added_points"),
     script:
-        "../scripts/choose.py"
+        "../scripts/paper/choose.py"
 
 
 rule choose_random:
@@ -36,14 +35,11 @@ rule choose_random:
         f"{RUN_LOG}/round{{round}}/choose_random.log",
     benchmark:
         f"{RUN_BENCHMARK}/round{{round}}/choose_random.tsv"
-    threads: 1
-    resources:
-        mem_mb=500,
     params:
-        code=code("choosing"),
+        code=code("paper.choosing"),
         settings=settings("vehicle", "base_seed", "deviations", "selection"),
     script:
-        "../scripts/choose_random.py"
+        "../scripts/paper/choose_random.py"
 
 
 rule simulate_chosen:
@@ -57,11 +53,10 @@ rule simulate_chosen:
         f"{RUN_LOG}/round{{round}}/simulate_chosen.log",
     benchmark:
         f"{RUN_BENCHMARK}/round{{round}}/simulate_chosen.tsv"
-    threads: 1
     resources:
         mem_mb=700,
     params:
-        code=code("rollouts"),
+        code=code("paper.rollouts"),
         settings=settings("vehicle", "base_seed", "gains", "selection"),
     script:
-        "../scripts/simulate_chosen.py"
+        "../scripts/paper/simulate_chosen.py"

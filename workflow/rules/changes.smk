@@ -3,8 +3,8 @@
 Flights and truth lie in folders of their own; only the scoring reads both. `changes_so_far` summarises what is there.
 """
 
-from infotraj.experiment.change_cases import batches as change_batches
-from infotraj.experiment.change_cases import read_changes
+from infotraj.experiment.changes.cases import batches as change_batches
+from infotraj.experiment.changes.cases import read_changes
 
 CHANGES = "config/studies/changes.yaml"
 CHANGES_FOLDER = "results/changes"
@@ -21,13 +21,12 @@ rule changes_fly:
         f"{CHANGES_FOLDER}/{{key}}/logs/fly.log",
     benchmark:
         f"{CHANGES_FOLDER}/{{key}}/benchmarks/fly.tsv"
-    threads: 1
     resources:
         mem_mb=800,
     params:
-        code=code("change_flying"),
+        code=code("changes.flying"),
     script:
-        "../scripts/changes_fly.py"
+        "../scripts/changes/fly.py"
 
 
 rule changes_answer:
@@ -40,13 +39,12 @@ rule changes_answer:
     benchmark:
         f"{CHANGES_FOLDER}/{{key}}/benchmarks/answer.tsv"
     priority: 1
-    threads: 1
     resources:
         mem_mb=1500,
     params:
-        code=code("change_answering"),
+        code=code("changes.answering"),
     script:
-        "../scripts/changes_answer.py"
+        "../scripts/changes/answer.py"
 
 
 rule changes_score:
@@ -61,13 +59,10 @@ rule changes_score:
     benchmark:
         f"{CHANGES_FOLDER}/{{key}}/benchmarks/score.tsv"
     priority: 2
-    threads: 1
-    resources:
-        mem_mb=500,
     params:
-        code=code("change_scoring"),
+        code=code("changes.scoring"),
     script:
-        "../scripts/changes_score.py"
+        "../scripts/changes/score.py"
 
 
 rule changes:
@@ -85,14 +80,11 @@ rule changes:
         "results/logs/changes.log",
     benchmark:
         "results/benchmarks/changes.tsv"
-    threads: 1
-    resources:
-        mem_mb=500,
     params:
-        code=code("change_table"),
+        code=code("changes.table"),
         planned=sum(map(len, CHANGE_BATCHES.values())),
     script:
-        "../scripts/changes_table.py"
+        "../scripts/changes/table.py"
 
 
 rule changes_so_far:
@@ -103,7 +95,7 @@ rule changes_so_far:
         scores=rules.changes.input.scores,
         planned=sum(map(len, CHANGE_BATCHES.values())),
     script:
-        "../scripts/changes_so_far.py"
+        "../scripts/changes/so_far.py"
 
 
 # What `changes_so_far` made, of the whole study or of a part of it.
@@ -116,8 +108,5 @@ rule publish_changes:
         "results/logs/publish_changes.log",
     benchmark:
         "results/benchmarks/publish_changes.tsv"
-    threads: 1
-    resources:
-        mem_mb=100,
     shell:
         "cp {input.markdown} {output.markdown} 2> {log}"

@@ -23,10 +23,10 @@ rule check_corpus:
     resources:
         mem_mb=2000,
     params:
-        code=code("check_corpus"),
+        code=code("corpus.measuring"),
         settings=settings("check_corpus", "data_dir"),
     script:
-        "../scripts/check_corpus.py"
+        "../scripts/corpus/measure.py"
 
 
 rule publish_check_corpus:
@@ -40,8 +40,5 @@ rule publish_check_corpus:
         "results/logs/publish_check_corpus.log",
     benchmark:
         "results/benchmarks/publish_check_corpus.tsv"
-    threads: 1
-    resources:
-        mem_mb=100,
     shell:
         "(cp {input.table} {output.table} && cp {input.png} {output.png}) 2> {log}"

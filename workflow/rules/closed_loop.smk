@@ -30,14 +30,13 @@ rule closed_loop_fly:
         f"{LOOP_LOG}/fly.log",
     benchmark:
         f"{LOOP_BENCHMARK}/fly.tsv"
-    threads: 1
     resources:
         mem_mb=700,
     params:
-        code=code("closed_loop"),
+        code=code("closed_loop.stages"),
         settings=settings("vehicle", "base_seed", "sample_time", "gains", "closed_loop"),
     script:
-        "../scripts/closed_loop_fly.py"
+        "../scripts/closed_loop/fly.py"
 
 
 rule closed_loop_name:
@@ -53,14 +52,13 @@ rule closed_loop_name:
         f"{LOOP_LOG}/name.log",
     benchmark:
         f"{LOOP_BENCHMARK}/name.tsv"
-    threads: 1
     resources:
         mem_mb=1500,
     params:
-        code=code("closed_loop"),
+        code=code("closed_loop.stages"),
         settings=settings("vehicle", "base_seed", "closed_loop"),
     script:
-        "../scripts/closed_loop_name.py"
+        "../scripts/closed_loop/name.py"
 
 
 rule closed_loop_again:
@@ -78,14 +76,13 @@ rule closed_loop_again:
         f"{LOOP_LOG}/again.log",
     benchmark:
         f"{LOOP_BENCHMARK}/again.tsv"
-    threads: 1
     resources:
         mem_mb=700,
     params:
-        code=code("closed_loop"),
+        code=code("closed_loop.stages"),
         settings=settings("vehicle", "base_seed", "sample_time", "gains", "learning", "closed_loop"),
     script:
-        "../scripts/closed_loop_again.py"
+        "../scripts/closed_loop/again.py"
 
 
 rule closed_loop_summary:
@@ -104,13 +101,10 @@ rule closed_loop_summary:
         "results/logs/closed_loop/summary.log",
     benchmark:
         "results/benchmarks/closed_loop/summary.tsv"
-    threads: 1
-    resources:
-        mem_mb=500,
     params:
-        code=code("closed_loop_summary"),
+        code=code("closed_loop.summary"),
     script:
-        "../scripts/closed_loop_summary.py"
+        "../scripts/closed_loop/summary.py"
 
 
 rule story:
@@ -133,14 +127,13 @@ rule story:
         "results/logs/closed_loop/story.log",
     benchmark:
         "results/benchmarks/closed_loop/story.tsv"
-    threads: 1
     resources:
         mem_mb=1000,
     params:
-        code=code("story"),
+        code=code("closed_loop.story"),
         settings=settings("closed_loop"),
     script:
-        "../scripts/story.py"
+        "../scripts/closed_loop/story.py"
 
 
 rule closed_loop_points:
@@ -155,14 +148,13 @@ rule closed_loop_points:
         f"{LOOP_LOG}/points.log",
     benchmark:
         f"{LOOP_BENCHMARK}/points.tsv"
-    threads: 1
     resources:
         mem_mb=700,
     params:
-        code=code("closed_loop"),
+        code=code("closed_loop.stages"),
         settings=settings("vehicle", "base_seed", "learning", "closed_loop"),
     script:
-        "../scripts/closed_loop_points.py"
+        "../scripts/closed_loop/points.py"
 
 
 rule points_needed:
@@ -181,10 +173,7 @@ rule points_needed:
         "results/logs/closed_loop/points_needed.log",
     benchmark:
         "results/benchmarks/closed_loop/points_needed.tsv"
-    threads: 1
-    resources:
-        mem_mb=500,
     params:
-        code=code("story"),
+        code=code("closed_loop.story"),
     script:
-        "../scripts/points_needed.py"
+        "../scripts/closed_loop/points_needed.py"

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from infotraj.datasets import location
 from infotraj.errors import InfotrajError
-from infotraj.experiment.config import load
+from infotraj.experiment.common.config import load
 from infotraj.fingerprint import fingerprint
 
 

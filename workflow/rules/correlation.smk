@@ -12,11 +12,10 @@ rule correlate:
         f"{RUN_LOG}/correlate.log",
     benchmark:
         f"{RUN_BENCHMARK}/correlate.tsv"
-    threads: 1
     resources:
         mem_mb=1500,
     params:
-        code=code("correlating"),
+        code=code("paper.correlating"),
         settings=settings(
             "vehicle",
             "base_seed",
@@ -28,4 +27,4 @@ rule correlate:
             "gains",
         ),
     script:
-        "../scripts/correlate.py"
+        "../scripts/paper/correlate.py"

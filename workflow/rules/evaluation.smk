@@ -14,16 +14,15 @@ rule validate_start:
         f"{RUN_LOG}/validate_start.log",
     benchmark:
         f"{RUN_BENCHMARK}/validate_start.tsv"
-    threads: 1
     resources:
         mem_mb=700,
     params:
-        code=code("evaluating"),
+        code=code("paper.evaluating"),
         settings=settings("vehicle", "base_seed", "gains"),
         flight_names=START,
         model_names=[PRIOR],
     script:
-        "../scripts/validate.py"
+        "../scripts/paper/validate.py"
 
 
 rule validate:
@@ -39,16 +38,15 @@ rule validate:
         f"{RUN_LOG}/round{{round}}/validate.log",
     benchmark:
         f"{RUN_BENCHMARK}/round{{round}}/validate.tsv"
-    threads: 1
     resources:
         mem_mb=700,
     params:
-        code=code("evaluating"),
+        code=code("paper.evaluating"),
         settings=settings("vehicle", "base_seed", "gains"),
         flight_names=lambda wildcards: [in_all(key, wildcards.round) for key in VALIDATED],
         model_names=lambda wildcards: [in_all(model, wildcards.round) for model in MODELS],
     script:
-        "../scripts/validate.py"
+        "../scripts/paper/validate.py"
 
 
 rule tracking_errors:
@@ -64,15 +62,14 @@ rule tracking_errors:
         f"{RUN_LOG}/tracking_errors.log",
     benchmark:
         f"{RUN_BENCHMARK}/tracking_errors.tsv"
-    threads: 1
     resources:
         mem_mb=700,
     params:
-        code=code("evaluating"),
+        code=code("paper.evaluating"),
         settings=settings("vehicle", "learning"),
         flight_names=[*START, *(in_all(key, round) for round in ROUNDS for key in VALIDATED)],
     script:
-        "../scripts/tracking_errors.py"
+        "../scripts/paper/tracking_errors.py"
 
 
 rule prediction_errors:
@@ -89,15 +86,14 @@ rule prediction_errors:
         f"{RUN_LOG}/prediction_errors.log",
     benchmark:
         f"{RUN_BENCHMARK}/prediction_errors.tsv"
-    threads: 1
     resources:
         mem_mb=700,
     params:
-        code=code("evaluating"),
+        code=code("paper.evaluating"),
         settings=settings("vehicle", "learning"),
         model_names=[PRIOR, *(in_all(model, round) for round in ROUNDS for model in MODELS)],
     script:
-        "../scripts/prediction_errors.py"
+        "../scripts/paper/prediction_errors.py"
 
 
 rule gather_errors:
@@ -111,10 +107,7 @@ rule gather_errors:
         "results/benchmarks/gather_{kind}.tsv"
     wildcard_constraints:
         kind="tracking|prediction|correlation",
-    threads: 1
-    resources:
-        mem_mb=500,
     params:
-        code=code("tables"),
+        code=code("common.tables"),
     script:
-        "../scripts/gather.py"
+        "../scripts/common/gather.py"

@@ -15,14 +15,13 @@ rule fly_examples:
         "results/logs/examples/{run}.log",
     benchmark:
         "results/benchmarks/examples/{run}.tsv"
-    threads: 1
     resources:
         mem_mb=1000,
     params:
-        code=code("hidden_once"),
+        code=code("hidden.once"),
         what=lambda wildcards: EXAMPLE_RUNS[wildcards.run],
     shell:
-        "python -m infotraj.experiment.hidden_once {output.flights} {output.truth} --study {input.study}"
+        "python -m infotraj.experiment.hidden.once {output.flights} {output.truth} --study {input.study}"
         " --vehicle quadrotor {params.what} > {log} 2>&1"
 
 
@@ -40,10 +39,9 @@ rule example_flights:
         "results/logs/examples/pack.log",
     benchmark:
         "results/benchmarks/examples/pack.tsv"
-    threads: 1
     resources:
         mem_mb=1000,
     params:
         code=fingerprint("infotraj.examples.packing"),
     script:
-        "../scripts/example_flights.py"
+        "../scripts/examples/pack.py"

@@ -17,14 +17,13 @@ rule fly:
         f"{RUN_LOG}/fly/{{flight}}.log",
     benchmark:
         f"{RUN_BENCHMARK}/fly/{{flight}}.tsv"
-    threads: 1
     resources:
         mem_mb=700,
     params:
-        code=code("flying"),
+        code=code("paper.flying"),
         settings=settings("vehicle", "base_seed", "gains"),
     script:
-        "../scripts/fly.py"
+        "../scripts/paper/fly.py"
 
 
 rule receive:
@@ -37,11 +36,8 @@ rule receive:
         f"{RUN_LOG}/receive/{{flight}}.log",
     benchmark:
         f"{RUN_BENCHMARK}/receive/{{flight}}.tsv"
-    threads: 1
-    resources:
-        mem_mb=500,
     params:
-        code=code("receiving"),
+        code=code("paper.receiving"),
         settings=settings("flights"),
     script:
-        "../scripts/receive.py"
+        "../scripts/paper/receive.py"

@@ -16,14 +16,11 @@ rule figure_2:
         "results/logs/figure_2.log",
     benchmark:
         "results/benchmarks/figure_2.tsv"
-    threads: 1
-    resources:
-        mem_mb=500,
     params:
-        code=code("figures"),
+        code=code("paper.figures"),
         function="figure_2",
     script:
-        "../scripts/figure.py"
+        "../scripts/paper/figure.py"
 
 
 rule figure_3:
@@ -42,14 +39,11 @@ rule figure_3:
         "results/logs/figure_3.log",
     benchmark:
         "results/benchmarks/figure_3.tsv"
-    threads: 1
-    resources:
-        mem_mb=500,
     params:
-        code=code("figures"),
+        code=code("paper.figures"),
         function="figure_3",
     script:
-        "../scripts/figure.py"
+        "../scripts/paper/figure.py"
 
 
 rule figure_4:
@@ -67,14 +61,11 @@ rule figure_4:
         "results/logs/figure_4.log",
     benchmark:
         "results/benchmarks/figure_4.tsv"
-    threads: 1
-    resources:
-        mem_mb=500,
     params:
-        code=code("figures"),
+        code=code("paper.figures"),
         function="figure_4",
     script:
-        "../scripts/figure.py"
+        "../scripts/paper/figure.py"
 
 
 rule figure_5:
@@ -93,14 +84,11 @@ rule figure_5:
         "results/logs/figure_5.log",
     benchmark:
         "results/benchmarks/figure_5.tsv"
-    threads: 1
-    resources:
-        mem_mb=500,
     params:
-        code=code("figures"),
+        code=code("paper.figures"),
         function="figure_5",
     script:
-        "../scripts/figure.py"
+        "../scripts/paper/figure.py"
 
 
 rule figure_costs:
@@ -118,14 +106,11 @@ rule figure_costs:
         f"{RUN_LOG}/round{{round}}/figure_costs.log",
     benchmark:
         f"{RUN_BENCHMARK}/round{{round}}/figure_costs.tsv"
-    threads: 1
-    resources:
-        mem_mb=500,
     params:
-        code=code("figures"),
+        code=code("paper.figures"),
         function="figure_costs",
     script:
-        "../scripts/figure.py"
+        "../scripts/paper/figure.py"
 
 
 rule figure_pool:
@@ -143,14 +128,11 @@ rule figure_pool:
         "results/logs/figure_pool.log",
     benchmark:
         "results/benchmarks/figure_pool.tsv"
-    threads: 1
-    resources:
-        mem_mb=500,
     params:
-        code=code("figures"),
+        code=code("paper.figures"),
         function="figure_pool",
     script:
-        "../scripts/figure.py"
+        "../scripts/paper/figure.py"
 
 
 rule table_1:
@@ -170,14 +152,11 @@ rule table_1:
         "results/logs/table_1.log",
     benchmark:
         "results/benchmarks/table_1.tsv"
-    threads: 1
-    resources:
-        mem_mb=500,
     params:
-        code=code("figures"),
+        code=code("paper.figures"),
         points=CONFIG.prior_points + LARGEST,
     script:
-        "../scripts/table_1.py"
+        "../scripts/paper/table_1.py"
 
 
 rule claims:
@@ -198,11 +177,8 @@ rule claims:
         "results/logs/claims.log",
     benchmark:
         "results/benchmarks/claims.tsv"
-    threads: 1
-    resources:
-        mem_mb=500,
     params:
-        code=code("claiming"),
+        code=code("paper.claiming"),
         points=CONFIG.prior_points + LARGEST,
     script:
-        "../scripts/claims.py"
+        "../scripts/paper/claims.py"

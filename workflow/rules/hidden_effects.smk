@@ -23,16 +23,15 @@ for wave in HIDDEN_WAVES:
         benchmark:
             f"{hidden_of(wave)}/benchmarks/fly.tsv"
         priority: 60 - 10 * wave
-        threads: 1
         resources:
             mem_mb=800,
         params:
-            code=code("hidden_flying"),
+            code=code("hidden.flying"),
             case=hidden_case,
             seeds=hidden_seeds,
             study=hidden_study,
         script:
-            "../scripts/hidden_fly.py"
+            "../scripts/hidden/fly.py"
 
     rule:
         name:
@@ -46,13 +45,12 @@ for wave in HIDDEN_WAVES:
         benchmark:
             f"{hidden_of(wave)}/benchmarks/diagnose.tsv"
         priority: 61 - 10 * wave
-        threads: 1
         resources:
             mem_mb=1500,
         params:
-            code=code("hidden_diagnosing"),
+            code=code("hidden.diagnosing"),
         script:
-            "../scripts/hidden_diagnose.py"
+            "../scripts/hidden/diagnose.py"
 
     rule:
         name:
@@ -66,14 +64,13 @@ for wave in HIDDEN_WAVES:
         benchmark:
             f"{hidden_of(wave)}/benchmarks/today.tsv"
         priority: 61 - 10 * wave
-        threads: 1
         resources:
             mem_mb=800,
         params:
-            code=code("hidden_today"),
+            code=code("hidden.today"),
             ways=list(methods()),
         script:
-            "../scripts/hidden_today.py"
+            "../scripts/hidden/today.py"
 
     rule:
         name:
@@ -90,13 +87,12 @@ for wave in HIDDEN_WAVES:
         benchmark:
             f"{hidden_of(wave)}/benchmarks/score.tsv"
         priority: 62 - 10 * wave
-        threads: 1
         resources:
             mem_mb=1500,
         params:
-            code=code("hidden_scoring"),
+            code=code("hidden.scoring"),
         script:
-            "../scripts/hidden_score.py"
+            "../scripts/hidden/score.py"
 
 
 rule hidden_summary:
@@ -121,14 +117,13 @@ rule hidden_summary:
         "results/logs/hidden_effects/summary.log",
     benchmark:
         "results/benchmarks/hidden_effects/summary.tsv"
-    threads: 1
     resources:
         mem_mb=800,
     params:
-        code=code("hidden_summary"),
+        code=code("hidden.summary"),
         settings=settings("hidden_effects"),
     script:
-        "../scripts/hidden_summary.py"
+        "../scripts/hidden/summary.py"
 
 
 rule hidden_effects_so_far:
@@ -139,4 +134,4 @@ rule hidden_effects_so_far:
         scores=hidden_scores,
         settings=settings("hidden_effects"),
     script:
-        "../scripts/hidden_so_far.py"
+        "../scripts/hidden/so_far.py"

@@ -2,9 +2,9 @@
 
 from dataclasses import asdict
 
-from infotraj.experiment.baselines import methods
-from infotraj.experiment.hidden_cases import batches
-from infotraj.experiment.hidden_config import read_study
+from infotraj.experiment.hidden.baselines import methods
+from infotraj.experiment.hidden.cases import batches
+from infotraj.experiment.hidden.config import read_study
 
 HIDDEN_FOLDER = "results/hidden_effects"
 HIDDEN_STUDY = read_study(CONFIG.hidden_effects.study)

@@ -13,14 +13,13 @@ rule hindsight_run:
         f"{RUN_LOG}/hindsight.log",
     benchmark:
         f"{RUN_BENCHMARK}/hindsight.tsv"
-    threads: 1
     resources:
         mem_mb=1000,
     params:
-        code=code("hindsight"),
+        code=code("paper.hindsight"),
         settings=settings("vehicle", "base_seed", "deviations", "selection", "learning", "gains", "added_points"),
     script:
-        "../scripts/hindsight.py"
+        "../scripts/paper/hindsight.py"
 
 
 rule costs_run:
@@ -34,11 +33,10 @@ rule costs_run:
         f"{RUN_LOG}/costs.log",
     benchmark:
         f"{RUN_BENCHMARK}/costs.tsv"
-    threads: 1
     resources:
         mem_mb=1500,
     params:
-        code=code("costs"),
+        code=code("paper.costs"),
         settings=settings(
             "vehicle",
             "base_seed",
@@ -50,7 +48,7 @@ rule costs_run:
             "hindsight",
         ),
     script:
-        "../scripts/hold_costs.py"
+        "../scripts/paper/hold_costs.py"
 
 
 rule hindsight:
@@ -64,10 +62,7 @@ rule hindsight:
         "results/logs/hindsight.log",
     benchmark:
         "results/benchmarks/hindsight.tsv"
-    threads: 1
-    resources:
-        mem_mb=500,
     params:
-        code=code("costs_summary"),
+        code=code("paper.costs_summary"),
     script:
-        "../scripts/summarise_costs.py"
+        "../scripts/paper/summarise_costs.py"

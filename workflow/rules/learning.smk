@@ -12,11 +12,10 @@ rule learn:
         f"{RUN_LOG}/round{{round}}/learn_{{source}}.log",
     benchmark:
         f"{RUN_BENCHMARK}/round{{round}}/learn_{{source}}.tsv"
-    threads: 1
     resources:
         mem_mb=700,
     params:
-        code=code("models"),
+        code=code("paper.models"),
         settings=settings("vehicle", "base_seed", "learning", "added_points"),
     script:
-        "../scripts/learn.py"
+        "../scripts/paper/learn.py"

@@ -8,15 +8,14 @@ rule judge_pool:
         "results/logs/judge_pool/seed{seed}.log",
     benchmark:
         "results/benchmarks/judge_pool/seed{seed}.tsv"
-    threads: 1
     resources:
         mem_mb=1000,
     params:
-        code=code("pool"),
+        code=code("real.pool"),
         settings=settings("data_dir"),
         flights=data_fingerprint("nanobench"),
     script:
-        "../scripts/judge_pool.py"
+        "../scripts/real/judge_pool.py"
 
 
 rule gather_pool:
@@ -28,13 +27,10 @@ rule gather_pool:
         "results/logs/gather_pool.log",
     benchmark:
         "results/benchmarks/gather_pool.tsv"
-    threads: 1
-    resources:
-        mem_mb=500,
     params:
-        code=code("tables"),
+        code=code("common.tables"),
     script:
-        "../scripts/gather.py"
+        "../scripts/common/gather.py"
 
 
 rule summarise_pool:
@@ -52,10 +48,7 @@ rule summarise_pool:
         "results/logs/summarise_pool.log",
     benchmark:
         "results/benchmarks/summarise_pool.tsv"
-    threads: 1
-    resources:
-        mem_mb=500,
     params:
-        code=code("pool"),
+        code=code("real.pool"),
     script:
-        "../scripts/summarise_pool.py"
+        "../scripts/real/summarise_pool.py"

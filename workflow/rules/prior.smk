@@ -10,14 +10,11 @@ rule write_references:
         "results/logs/write_references.log",
     benchmark:
         "results/benchmarks/write_references.tsv"
-    threads: 1
-    resources:
-        mem_mb=500,
     params:
-        code=code("references"),
+        code=code("paper.references"),
         settings=settings("task", "modified", "pitch", "sample_time"),
     script:
-        "../scripts/write_references.py"
+        "../scripts/paper/write_references.py"
 
 
 rule learn_prior:
@@ -30,11 +27,10 @@ rule learn_prior:
         f"{RUN_LOG}/learn_prior.log",
     benchmark:
         f"{RUN_BENCHMARK}/learn_prior.tsv"
-    threads: 1
     resources:
         mem_mb=700,
     params:
-        code=code("models"),
+        code=code("paper.models"),
         settings=settings("vehicle", "base_seed", "learning", "prior_points"),
     script:
-        "../scripts/learn_prior.py"
+        "../scripts/paper/learn_prior.py"

@@ -21,9 +21,6 @@ rule publish:
         "results/logs/publish.log",
     benchmark:
         "results/benchmarks/publish.tsv"
-    threads: 1
-    resources:
-        mem_mb=100,
     shell:
         "(cp {input.named} docs/results/ && cp {input.loop} docs/results/closed_loop.md) 2> {log}"
 
@@ -37,9 +34,6 @@ rule publish_hindsight:
         "results/logs/publish_hindsight.log",
     benchmark:
         "results/benchmarks/publish_hindsight.tsv"
-    threads: 1
-    resources:
-        mem_mb=100,
     shell:
         "cp {input.markdown} {output.markdown} 2> {log}"
 
@@ -58,8 +52,5 @@ rule publish_hidden_effects:
         "results/logs/publish_hidden_effects.log",
     benchmark:
         "results/benchmarks/publish_hidden_effects.tsv"
-    threads: 1
-    resources:
-        mem_mb=100,
     shell:
         "(mkdir -p {output.folder} && cp {input.markdown} {input.tables} {input.figures}/*.png {output.folder}/) 2> {log}"

@@ -22,15 +22,14 @@ rule real_receive:
         f"{REAL_LOG}/receive.log",
     benchmark:
         f"{REAL_BENCHMARK}/receive.tsv"
-    threads: 1
     resources:
         mem_mb=1000,
     params:
-        code=code("real_flights"),
+        code=code("real.flights"),
         settings=settings("data_dir"),
         flights=lambda wildcards: data_fingerprint(wildcards.dataset),
     script:
-        "../scripts/real_receive.py"
+        "../scripts/real/receive.py"
 
 
 rule real_compare:
@@ -51,13 +50,12 @@ rule real_compare:
         f"{REAL_LOG}/compare.log",
     benchmark:
         f"{REAL_BENCHMARK}/compare.tsv"
-    threads: 1
     resources:
         mem_mb=2000,
     params:
-        code=code("real_flights"),
+        code=code("real.flights"),
     script:
-        "../scripts/real_compare.py"
+        "../scripts/real/compare.py"
 
 
 rule real_locate:
@@ -78,13 +76,12 @@ rule real_locate:
         f"{REAL_LOG}/{{model}}/locate.log",
     benchmark:
         f"{REAL_BENCHMARK}/{{model}}/locate.tsv"
-    threads: 1
     resources:
         mem_mb=2000,
     params:
-        code=code("real_flights"),
+        code=code("real.flights"),
     script:
-        "../scripts/real_locate.py"
+        "../scripts/real/locate.py"
 
 
 rule real_summary:
@@ -103,13 +100,10 @@ rule real_summary:
         "results/logs/real_flights/summary.log",
     benchmark:
         "results/benchmarks/real_flights/summary.tsv"
-    threads: 1
-    resources:
-        mem_mb=500,
     params:
-        code=code("real_flights"),
+        code=code("real.flights"),
     script:
-        "../scripts/real_summary.py"
+        "../scripts/real/summary.py"
 
 
 rule real_cut:
@@ -119,15 +113,14 @@ rule real_cut:
         f"{REAL_LOG}/cut.log",
     benchmark:
         f"{REAL_BENCHMARK}/cut.tsv"
-    threads: 1
     resources:
         mem_mb=1000,
     params:
-        code=code("real_windows"),
+        code=code("real.windows"),
         settings=settings("data_dir", "real_flights"),
         logs=real_logs,
     script:
-        "../scripts/real_cut.py"
+        "../scripts/real/cut.py"
 
 
 rule real_diagnose:
@@ -150,14 +143,13 @@ rule real_diagnose:
         f"{REAL_LOG}/diagnose.log",
     benchmark:
         f"{REAL_BENCHMARK}/diagnose.tsv"
-    threads: 1
     resources:
         mem_mb=3000,
     params:
-        code=code("real_diagnosis"),
+        code=code("real.diagnosis"),
         settings=settings("real_flights"),
     script:
-        "../scripts/real_diagnose.py"
+        "../scripts/real/diagnose.py"
 
 
 rule real_held_out:
@@ -171,14 +163,13 @@ rule real_held_out:
         f"{REAL_LOG}/held_out.log",
     benchmark:
         f"{REAL_BENCHMARK}/held_out.tsv"
-    threads: 1
     resources:
         mem_mb=1000,
     params:
-        code=code("real_diagnosis"),
+        code=code("real.diagnosis"),
         settings=settings("real_flights"),
     script:
-        "../scripts/real_held_out.py"
+        "../scripts/real/held_out.py"
 
 
 rule real_add:
@@ -191,14 +182,13 @@ rule real_add:
         f"{REAL_LOG}/add.log",
     benchmark:
         f"{REAL_BENCHMARK}/add.tsv"
-    threads: 1
     resources:
         mem_mb=3000,
     params:
-        code=code("real_diagnosis"),
+        code=code("real.diagnosis"),
         settings=settings("real_flights"),
     script:
-        "../scripts/real_add.py"
+        "../scripts/real/add.py"
 
 
 rule real_verdicts:
@@ -221,10 +211,7 @@ rule real_verdicts:
         "results/logs/real_flights/verdicts.log",
     benchmark:
         "results/benchmarks/real_flights/verdicts.tsv"
-    threads: 1
-    resources:
-        mem_mb=500,
     params:
-        code=code("real_verdicts"),
+        code=code("real.verdicts"),
     script:
-        "../scripts/real_verdicts.py"
+        "../scripts/real/verdicts.py"

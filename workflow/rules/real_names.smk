@@ -1,7 +1,7 @@
 """The names of what is made from real flights, and which of it is wanted."""
 
-from infotraj.experiment.real_flights import DATA_SETS
-from infotraj.experiment.real_windows import chosen, logs
+from infotraj.experiment.real.flights import DATA_SETS
+from infotraj.experiment.real.windows import chosen, logs
 
 REAL = "results/real_flights/{dataset}"
 REAL_LOG = "results/logs/real_flights/{dataset}"

@@ -11,16 +11,15 @@ rule real_case_flights:
         "results/logs/real_table/{case}/flights.log",
     benchmark:
         "results/benchmarks/real_table/{case}/flights.tsv"
-    threads: 1
     resources:
         mem_mb=1000,
     params:
-        code=code("real_cases"),
+        code=code("real.cases"),
         settings=settings("data_dir"),
         cases=CONFIG.real_table.cases,
         logs=real_case_logs,
     script:
-        "../scripts/real_case_flights.py"
+        "../scripts/real/case_flights.py"
 
 
 rule real_case:
@@ -35,15 +34,14 @@ rule real_case:
         "results/logs/real_table/{case}/answer.log",
     benchmark:
         "results/benchmarks/real_table/{case}/answer.tsv"
-    threads: 1
     resources:
         mem_mb=3000,
     params:
-        code=code("real_answering"),
+        code=code("real.answering"),
         cases=CONFIG.real_table.cases,
         asked=real_case_asked,
     script:
-        "../scripts/real_case.py"
+        "../scripts/real/case.py"
 
 
 rule real_table:
@@ -62,14 +60,11 @@ rule real_table:
         "results/logs/real_table/table.log",
     benchmark:
         "results/benchmarks/real_table/table.tsv"
-    threads: 1
-    resources:
-        mem_mb=500,
     params:
-        code=code("real_table"),
+        code=code("real.table"),
         settings=settings("data_dir", "real_table"),
     script:
-        "../scripts/real_table.py"
+        "../scripts/real/table.py"
 
 
 rule publish_real_table:
@@ -81,8 +76,5 @@ rule publish_real_table:
         "results/logs/publish_real_table.log",
     benchmark:
         "results/benchmarks/publish_real_table.tsv"
-    threads: 1
-    resources:
-        mem_mb=100,
     shell:
         "cp {input} {output} 2> {log}"

@@ -1,6 +1,6 @@
 """The cases of the table of real flights, and which of them can be made here."""
 
-from infotraj.experiment.real_cases import missing, read_cases
+from infotraj.experiment.real.cases import missing, read_cases
 
 REAL_CASE = "results/real_table/{case}"
 

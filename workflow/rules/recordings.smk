@@ -12,11 +12,10 @@ rule record:
         f"{RUN_LOG}/record.log",
     benchmark:
         f"{RUN_BENCHMARK}/record.tsv"
-    threads: 1
     resources:
         mem_mb=1000,
     params:
-        code=code("recordings"),
+        code=code("paper.recordings"),
         settings=settings("vehicle", "learning"),
     script:
-        "../scripts/record.py"
+        "../scripts/paper/record.py"

@@ -1,6 +1,6 @@
 """The names of runs, flights and models, and which of them are wanted."""
 
-from infotraj.experiment.delivery import delivered
+from infotraj.experiment.paper.delivery import delivered
 
 OWN_VEHICLE = CONFIG.execution == "log"
 PLANTS = ["own"] if OWN_VEHICLE else list(CONFIG.plants)

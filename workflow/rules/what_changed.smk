@@ -14,14 +14,13 @@ rule what_changed_group:
         "results/benchmarks/what_changed/{group}.tsv"
     wildcard_constraints:
         group="controller_data|motor_data",
-    threads: 1
     resources:
         mem_mb=1500,
     params:
-        code=code("what_changed"),
+        code=code("real.what_changed"),
         settings=settings("data_dir"),
     script:
-        "../scripts/what_changed_group.py"
+        "../scripts/real/what_changed_group.py"
 
 
 rule what_changed:
@@ -42,13 +41,10 @@ rule what_changed:
         "results/logs/what_changed/table.log",
     benchmark:
         "results/benchmarks/what_changed/table.tsv"
-    threads: 1
-    resources:
-        mem_mb=500,
     params:
-        code=code("what_changed"),
+        code=code("real.what_changed"),
     script:
-        "../scripts/what_changed.py"
+        "../scripts/real/what_changed.py"
 
 
 rule publish_what_changed:
@@ -62,8 +58,5 @@ rule publish_what_changed:
         "results/logs/publish_what_changed.log",
     benchmark:
         "results/benchmarks/publish_what_changed.tsv"
-    threads: 1
-    resources:
-        mem_mb=100,
     shell:
         "(cp {input.table} {output.table} && cp {input.png} {output.png}) 2> {log}"

@@ -19,6 +19,7 @@ from infotraj.checking.settings import of_log
 from infotraj.checking.whole import Check, examine
 from infotraj.errors import InputError, problem
 from infotraj.flight import Flight
+from infotraj.progress import progress
 from infotraj.vehicle import Vehicle
 
 
@@ -32,7 +33,8 @@ def checked(
     """
     parts = [_plain(part(f, start, stop)) for f in flights]
     keys = [_key(f, vehicle) for f in parts]
-    checks = [remembered(key, lambda f=f: examine(f, vehicle)) for key, f in zip(keys, parts, strict=True)]
+    both = list(zip(keys, parts, strict=True))
+    checks = [remembered(key, lambda f=f: examine(f, vehicle)) for key, f in progress(both, "checking flight")]
     if len(parts) > 1:
         checks = remembered(
             ("together", *keys),

@@ -81,8 +81,6 @@ def compare_command(
     models = {name: load_model(name) for name in names}
 
     def use(flight):
-        if not quiet and sys.stderr.isatty():
-            click.echo(f"{flight.meta['source']}", err=True)
         one = compare(
             models, [flight], horizons=wanted, window=window or WINDOW, force_from=force_from, start=start, stop=stop
         )

@@ -19,6 +19,7 @@ from infotraj.checking.admission import checked, part
 from infotraj.checking.codes import known, unmet
 from infotraj.errors import InfotrajError, InputError, UsageError, problem
 from infotraj.flight import Flight, read_flight, stepped
+from infotraj.progress import progress
 from infotraj.vehicle import Vehicle
 
 T = TypeVar("T")
@@ -54,7 +55,7 @@ def admitted(
     overruled = known(accept)
     read: list[Flight] = []
     rejected = 0
-    for path in paths:
+    for path in progress(paths, "reading flight"):
         try:
             flight = accepting(read_flight(path), overruled)
             part(flight, start, stop)
@@ -64,7 +65,7 @@ def admitted(
     flights: list[Flight] = []
     found: list[T] = []
     checks = checked(read, vehicle, start, stop)
-    for flight, check in zip(read, checks, strict=True):
+    for flight, check in progress(list(zip(read, checks, strict=True)), "preparing flight"):
         try:
             clean = let_in(flight, check)
             found.append(use(clean))

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from infotraj.describing.layouts import LAYOUTS, ORDERS
+from infotraj.describing.layouts import LAYOUTS, ORDERS, orders_of
 from infotraj.errors import UsageError, problem
 from infotraj.options import Several, accept_option
 
@@ -103,8 +103,9 @@ def _completed(known: dict[str, Any], kind: str) -> str:
     if kind == "throttle" and known["hover"] is None:
         missing.append("hover")
     if missing and not sys.stdin.isatty():
-        options = ", ".join(f"--{name}" for name in missing)
-        raise UsageError(problem(f"no {options}", "what the file cannot do without", "Add them, or use a terminal."))
+        offered = {"layout": " | ".join(LAYOUTS), "order": " | ".join(orders_of(known["layout"]))}
+        options = ", ".join(f"--{name}" + (f" ({offered[name]})" if name in offered else "") for name in missing)
+        raise UsageError(problem(f"no {options}", "what the file cannot do without", "Add it, or use a terminal."))
     for name in missing:
         choices = {"layout": click.Choice(LAYOUTS), "order": click.Choice(ORDERS)}.get(name, _POSITIVE)
         known[name] = click.prompt(

@@ -37,6 +37,11 @@ LAYOUTS = tuple(dict.fromkeys(layout for layout, _ in _TABLE))
 ORDERS = tuple(dict.fromkeys(order for _, order in _TABLE))
 
 
+def orders_of(layout: str | None) -> tuple[str, ...]:
+    """The firmwares whose order of a layout is known; of any layout for None."""
+    return ORDERS if layout is None else tuple(order for of, order in _TABLE if of == layout)
+
+
 def places(layout: str, order: str) -> list[Place]:
     """The rotors in their order. UsageError where this firmware's order of that layout is not known."""
     if (layout, order) not in _TABLE:

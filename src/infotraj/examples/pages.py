@@ -2,19 +2,24 @@
 
 In a page (Markdown) a block ```sh with a block ```text right below it is a command and its output. The commands of a
 page run one after another in one new folder that holds `examples` (what `infotraj examples examples` copies); what they
-print to both streams replaces the text. With --check nothing is written: a page whose words differ from what is printed
-now fails, and so does one whose numbers differ by more than a fifth (of the larger; the smallest count as alike).
+print to both streams replaces the text. So do blocks of ```python, in one session, with an output below or without.
+With --check nothing is written: a page whose words differ from what is printed now fails, and so does one whose numbers
+differ by more than a fifth (of the larger; the smallest count as alike).
 """
 
 from __future__ import annotations
 
+import contextlib
+import io
 import os
 import re
 import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import click
 from click.testing import CliRunner
@@ -23,7 +28,8 @@ from infotraj.errors import InfotrajError, problem
 from infotraj.examples.command import examples_command
 
 _BLOCK = re.compile(
-    r"^```sh\n(?P<commands>(?:(?!```).*\n)+)```\n\n?```text\n(?P<said>(?:(?!```).*\n)*)```$", re.MULTILINE
+    r"^```(?P<kind>sh|python)\n(?P<commands>(?:(?!```).*\n)+)```(?:\n\n?```text\n(?P<said>(?:(?!```).*\n)*)```)?$",
+    re.MULTILINE,
 )
 _NUMBER = re.compile(r"(?<![\w/.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w/])")
 _ALIKE = 0.2  # of the larger of two numbers
@@ -47,8 +53,14 @@ def run_page(text: str) -> list[Shown]:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         CliRunner().invoke(examples_command, [str(folder / "examples"), "-q"], catch_exceptions=False)
+        session: dict[str, Any] = {}
         for block in _BLOCK.finditer(text):
-            now = _printed(block["commands"], folder)
+            if block["kind"] == "sh" and block["said"] is None:
+                continue
+            run = partial(_executed, session) if block["kind"] == "python" else _printed
+            now = run(block["commands"], folder)
+            if block["said"] is None:
+                continue
             if "Traceback" in now:
                 raise InfotrajError(problem(f"{block['commands'].strip()}: a traceback", "an answer", "Correct it."))
             found.append(Shown(block["commands"], block["said"], now, block.start("said"), block.end("said")))
@@ -90,7 +102,18 @@ def _printed(commands: str, folder: Path) -> str:
         text=True,
         check=False,
     )
-    lines = done.stdout.replace(f"{folder.resolve()}{os.sep}", "").replace(f"{folder}{os.sep}", "").splitlines()
+    return _without(done.stdout, folder)
+
+
+def _executed(session: dict[str, Any], code: str, folder: Path) -> str:
+    said = io.StringIO()
+    with contextlib.chdir(folder), contextlib.redirect_stdout(said):
+        exec(compile(code, "page", "exec"), session)
+    return _without(said.getvalue(), folder)
+
+
+def _without(text: str, folder: Path) -> str:
+    lines = text.replace(f"{folder.resolve()}{os.sep}", "").replace(f"{folder}{os.sep}", "").splitlines()
     return "".join(f"{line.rstrip()}\n" for line in lines)
 
 

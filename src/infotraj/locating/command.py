@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import click
@@ -84,18 +85,16 @@ def locate_command(
             why = "; ".join(dict.fromkeys(error.reasons.values())) or left or "too short for the filter's window"
             raise InputError(problem(f"{flight.meta['source']}: no row to search ({why})", "rows", "Leave it out."))
 
-    def admitted(paths: tuple[Path, ...]) -> files.Admitted[None]:
-        return files.admitted(
-            paths,
-            loaded.vehicle,
-            use,
-            skip_rejected=skip_rejected,
-            command_steps=command_steps,
-            accept=accept,
-            start=start,
-            stop=stop,
-        )
-
+    admitted = partial(
+        files.admitted,
+        vehicle=loaded.vehicle,
+        use=use,
+        skip_rejected=skip_rejected,
+        command_steps=command_steps,
+        accept=accept,
+        start=start,
+        stop=stop,
+    )
     let_in = admitted(flights)
     used = let_in.flights
     usual = admitted(reference).flights if reference else []

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from infotraj import rotations
-from infotraj.experiment.gauss_markov import gauss_markov, smooth_gauss_markov
 from infotraj.experiment.rough.columns import held, numbered, replaced, step
 from infotraj.experiment.rough.filters import lagged
+from infotraj.experiment.rough.gauss_markov import gauss_markov, smooth_gauss_markov
 from infotraj.experiment.rough.vibration import shaken
 from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
 from infotraj.vehicle import Vehicle

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from infotraj import rotations
-from infotraj.experiment.gauss_markov import gauss_markov
 from infotraj.experiment.rough.columns import replaced, step
+from infotraj.experiment.rough.gauss_markov import gauss_markov
 from infotraj.experiment.rough.vibration import shaken
 from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
 from infotraj.vehicle import Vehicle

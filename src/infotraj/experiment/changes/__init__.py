@@ -1,0 +1,1 @@
+"""The study of changes: flights before and after an effect changed."""

@@ -1,0 +1,1 @@
+"""The corpus of logs that `check` is measured on."""

@@ -1,0 +1,1 @@
+"""The paper's experiment: references, flights, learning, choices, errors, figures, claims."""

@@ -1,0 +1,49 @@
+"""How far a loop is and how long it will still take: one line on a terminal, for what takes more than two seconds."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterable, Iterator, Sized
+from typing import TypeVar
+
+import click
+
+T = TypeVar("T")
+_QUICK = 2.0  # s: what is done by then says nothing
+_WIDTH = 79
+
+
+def progress(items: Iterable[T], label: str) -> Iterator[T]:
+    """The items, one after another. On standard error, where that is a terminal: `label 3 of 12, 40 s left`.
+
+    The line is written over itself and gone at the end; there is none under `-q`, and nothing in a pipe or a file.
+    """
+    context = click.get_current_context(silent=True)
+    quiet = context is not None and context.params.get("quiet")
+    if quiet or not isinstance(items, Sized) or not sys.stderr.isatty():
+        yield from items
+        return
+    begun, shown = time.monotonic(), False
+    try:
+        for done, item in enumerate(items):
+            passed = time.monotonic() - begun
+            if done and passed > _QUICK:
+                left = passed / done * (len(items) - done)
+                _over(f"{label} {done + 1} of {len(items)}, {_words(left)} left")
+                shown = True
+            yield item
+    finally:
+        if shown:
+            _over("")
+            sys.stderr.write("\r")
+            sys.stderr.flush()
+
+
+def _over(line: str) -> None:
+    sys.stderr.write(f"\r{line[:_WIDTH]:<{_WIDTH}}")
+    sys.stderr.flush()
+
+
+def _words(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.0f} min"

@@ -1,0 +1,89 @@
+"""Lags are found to their stated uncertainty; drifts and impossible orders of cause and effect are named."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from check_flights import A, W, _shift, named, simulated
+
+from infotraj.checking import check, examine
+from infotraj.checking.across import lags_across
+from infotraj.checking.clocks import offset
+from infotraj.checking.streams import Stream
+
+
+def made(rng, lag, noise=0.2, duration=30.0, rate=100.0, drift=0.0):
+    """A prediction y at the centres and a stream that is stamped `lag` (+ drift t) late, with coloured noise."""
+    f, phase = rng.uniform(0.2, 1.5, (3, 6)), rng.uniform(0, 6.28, (3, 6))
+
+    def signal(t):
+        return np.sin(2 * np.pi * f[..., None] * t + phase[..., None]).sum(axis=1).T
+
+    t = np.arange(0, duration, 1 / rate)
+    coloured = np.stack([np.convolve(rng.standard_normal(len(t)), np.ones(5) / 5, "same") for _ in range(3)], axis=1)
+    stream = Stream(t, signal(t - lag - drift * t) + noise * np.sqrt(5) * coloured, gap=0.05)
+    centres = np.arange(1, duration - 1, 0.03)
+    inside = np.arange(-0.04, 0.0401, 0.002)
+    y = np.mean([signal(centres + s) for s in inside], axis=0)
+    return stream, y, centres, np.floor(centres).astype(int)
+
+
+@pytest.mark.long
+def test_offset_is_unbiased_and_its_standard_error_is_right():
+    z = []
+    for seed in range(60):
+        rng = np.random.default_rng([9, seed])
+        lag = rng.uniform(-0.08, 0.08)
+        found = offset(*made(rng, lag), width=0.08)
+        z.append((found.lag - lag) / found.error)
+    z = np.array(z)
+    assert abs(z.mean()) < 0.45  # 3.5 standard errors of the mean of 60
+    assert 0.75 < z.std() < 1.35
+
+
+def test_drift_is_found_with_its_size():
+    found = offset(*made(np.random.default_rng(1), 0.0, drift=1e-3, duration=60.0), width=0.08)
+    assert found.drift == pytest.approx(1e-3, abs=4 * found.drift_error)
+    assert found.drift_error < 2.5e-4
+    assert found.varies < 1e-3
+
+
+def test_no_lag_from_streams_that_do_not_belong_together():
+    rng = np.random.default_rng(2)
+    stream, *_ = made(rng, 0.0)
+    _, y, centres, block = made(rng, 0.0)
+    assert offset(stream, y, centres, block, width=0.08) is None
+
+
+@pytest.mark.parametrize("late", [0.02, -0.03])
+def test_a_late_imu_is_found_to_a_few_milliseconds(late):
+    (finding,) = [f for f in check(_shift(simulated(5, duration=15.0), W + A, late)) if f.code == "imu_clock_offset"]
+    assert finding.severity == "warning"
+    assert finding.values["lag"] == pytest.approx(late, abs=4 * finding.values["standard_error"] + 1e-3)
+    assert finding.values["standard_error"] < 0.003
+
+
+def test_a_response_before_its_command_is_impossible():
+    flight = simulated(6, duration=15.0)
+    late = _shift(flight, [f"cmd_rotor_{k}" for k in range(4)], 0.12)
+    assert "response_before_command" not in named(examine(flight))
+    assert "response_before_command" in named(examine(late))
+
+
+def test_a_mean_over_a_window_is_exact_for_straight_lines_and_never_crosses_a_gap():
+    t = np.concatenate([np.arange(0, 1, 0.013), np.arange(2, 3, 0.013)])
+    line = Stream(t, np.stack([3 * t + 1, -t], axis=1), gap=0.1)
+    centre = np.array([0.5, 0.51, 1.02, 2.5])
+    mean = line.mean(centre, 0.1)
+    np.testing.assert_allclose(mean[[0, 1, 3]], np.stack([3 * centre + 1, -centre], axis=1)[[0, 1, 3]], atol=1e-12)
+    assert np.isnan(mean[2]).all()
+    assert np.isnan(line.at(np.array([1.5, 5.0]))).all()
+
+
+def test_lags_that_differ_between_logs_are_one_finding():
+    one = examine(simulated(5, duration=12.0))
+    logs = [replace(one, lags={"onboard.rate": (lag, 0.003), "rate": (0.0, 0.001)}) for lag in (-0.02, 0.01, 0.04, 0.0)]
+    (finding,) = lags_across(logs)
+    assert finding.severity == "note"
+    assert "-20 to 40 ms over 4 logs" in finding.what
+    assert lags_across([replace(one, lags={"rate": (0.01, 0.003)})] * 4) == []

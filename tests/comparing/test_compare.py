@@ -1,0 +1,231 @@
+"""Equation error: one filter on both sides, a floor that is the floor, JSON, thresholds, rejected flights."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import fast_flyer
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from infotraj.comparing import compare, difference, equation_error, statistics
+from infotraj.comparing.command import compare_command
+from infotraj.comparing.floor import white_noise
+from infotraj.comparing.summary import as_text
+from infotraj.comparing.window import Window
+from infotraj.effects.registry import catalogue
+from infotraj.errors import InputError, UsageError
+from infotraj.flight import Flight
+from infotraj.models import Model, load_model, save_model
+from infotraj.vehicle import load_vehicle, parse_vehicle
+
+VEHICLES = Path(__file__).parents[2] / "config" / "vehicles"
+QUADROTOR, OMAV = VEHICLES / "quadrotor.yaml", VEHICLES / "omav.yaml"
+SECONDS = 8.0
+
+
+@pytest.fixture(scope="module")
+def quiet():
+    return Flight(fast_flyer.fly(QUADROTOR, SECONDS, 1, noise=0.0))
+
+
+@pytest.fixture(scope="module")
+def noisy():
+    return Flight(fast_flyer.fly(QUADROTOR, SECONDS, 1))
+
+
+@pytest.fixture(scope="module")
+def dragged():
+    return Flight(fast_flyer.fly(QUADROTOR, SECONDS, 2, {"linear_drag": 0.1}))
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 10_000))
+def test_slope_of_an_integral_is_a_mean_of_its_derivative_at_any_sampling(seed):
+    rng = np.random.default_rng(seed)
+    t = np.cumsum(rng.uniform(0.5, 1.5, 80) * 0.01)
+    window = Window.over(t, 0.1)
+    line = np.column_stack([3.0 * t + 1.0, np.full(80, 2.0)])
+    inside = window.whole
+    assert np.allclose(window.slope(line)[inside], [3.0, 0.0], atol=1e-9)
+    assert np.allclose(window.mean(np.ones((80, 1)))[inside], 1.0)
+    assert inside.sum() == 80 - 2 * window.half
+
+
+def test_gains_are_those_of_white_noise():
+    rng = np.random.default_rng(0)
+    t = np.arange(200_000) * 0.005
+    noise = rng.standard_normal((len(t), 1))
+    window = Window.over(t, 0.15)
+    for filtered, gain in ((window.slope(noise), window.slope_gain()), (window.mean(noise), window.mean_gain())):
+        assert np.nanstd(filtered) == pytest.approx(np.nanmean(gain), rel=0.03)
+
+
+def test_no_window_reaches_over_a_gap():
+    t = np.concatenate([np.arange(50), 100 + np.arange(50)]) * 0.01
+    whole = Window.over(t, 0.1).whole
+    assert not whole[45:55].any()
+    assert whole[10:40].all()
+
+
+def test_noise_is_told_from_motion_and_spikes():
+    rng = np.random.default_rng(1)
+    t = np.arange(4000) * 0.005
+    smooth = 5.0 * np.sin(2 * np.pi * 0.7 * t)[:, None]
+    assert white_noise(t, smooth)[0] < 1e-3
+    found = smooth + 0.1 * rng.standard_normal((4000, 1))
+    assert white_noise(t, found)[0] == pytest.approx(0.1, rel=0.06)
+    found[rng.integers(0, 4000, 15)] += 50.0
+    assert white_noise(t, found)[0] == pytest.approx(0.1, rel=0.1)
+
+
+@pytest.mark.parametrize("path", [QUADROTOR, OMAV])
+def test_without_noise_and_hidden_effects_nothing_is_left(path):
+    error = equation_error(load_model(path), Flight(fast_flyer.fly(path, 4.0, 3, noise=0.0)))
+    assert np.nanmax(np.abs(error.residual[:, :3])) < 1e-9
+    assert np.nanmax(np.abs(error.residual[:, 3:])) < 1e-4 * np.nanmax(np.abs(error.measured[:, 3:]))
+
+
+def test_the_error_of_the_right_model_is_the_floor(noisy):
+    s = statistics([equation_error(load_model(QUADROTOR), noisy)])
+    assert np.all(np.abs(s.rmse / s.floor - 1.0) < 0.2)
+    assert s.explained[2] > 0.99
+
+
+def test_velocity_serves_where_there_is_no_accelerometer(noisy, quiet):
+    model = load_model(QUADROTOR)
+    without = Flight(noisy.table.drop(columns=["ax", "ay", "az"]))
+    error = equation_error(model, without)
+    assert error.force_from == "velocity"
+    s = statistics([error])
+    assert np.all(np.abs(s.rmse / s.floor - 1.0) < 0.25)
+    # the attitude turns within a row, so this side is exact to the square of the step only
+    still = equation_error(model, quiet, force_from="velocity")
+    assert np.nanmax(np.abs(still.residual[:, :3])) < 1e-3
+
+
+def test_a_missing_effect_shows_and_the_right_one_takes_it_away(dragged):
+    wrong, right = (
+        load_model(QUADROTOR),
+        Model(load_vehicle(QUADROTOR), [catalogue()["linear_drag"](d=0.1 * np.ones(3))]),
+    )
+    before, after = (equation_error(m, dragged) for m in (wrong, right))
+    s0, s1 = statistics([before]), statistics([after])
+    assert np.all(s0.rmse[:2] > 3 * s0.floor[:2])
+    assert np.all(s1.rmse[:2] < 1.2 * s1.floor[:2])
+    apart = difference([after], [before])
+    assert np.all(apart.mean[:2] < -0.8)
+    assert np.all(apart.mean[:2] + 2 * apart.standard_error[:2] < 0)
+    assert apart.few
+
+
+def test_rows_before_half_a_second_and_off_the_ground_do_not_count(noisy):
+    table = noisy.table.assign(airborne=(noisy.t < 5.0).astype(int))
+    error = equation_error(load_model(QUADROTOR), Flight(table), start=1.0)
+    scored = error.t[error.scored.any(axis=1)]
+    assert scored.min() >= 1.0
+    assert scored.max() < 5.0
+    assert error.left_out["not in the air"] == (noisy.t >= 5.0).sum()
+
+
+def test_channels_on_their_own_rows_give_the_same_answer(quiet):
+    table = quiet.table.copy()
+    table.loc[table.index % 2 == 1, ["wx", "wy", "wz"]] = np.nan
+    error = equation_error(load_model(QUADROTOR), Flight(table))
+    assert np.isfinite(error.residual[::2, 3]).sum() > 500
+    assert np.nanmax(np.abs(error.residual[:, 3:])) < 1e-2 * np.nanmax(np.abs(error.measured[:, 3:]))
+
+
+def test_what_a_vehicle_file_leaves_out_is_said(noisy):
+    content = load_vehicle(QUADROTOR).model_dump(exclude_none=True)
+    content.pop("inertia")
+    error = equation_error(Model(parse_vehicle(content)), noisy)
+    assert set(error.reasons) == {"tx", "ty", "tz"}
+    assert not error.scored[:, 3:].any()
+    assert error.scored[:, 2].any()
+
+
+def invoke(*arguments):
+    return CliRunner().invoke(compare_command, [str(a) for a in arguments], standalone_mode=False)
+
+
+def test_json_holds_what_others_rely_on(tmp_path, noisy, dragged):
+    paths = [tmp_path / "a.parquet", tmp_path / "b.parquet"]
+    noisy.write(paths[0])
+    dragged.write(paths[1])
+    right = tmp_path / "right.yaml"
+    save_model(Model(load_vehicle(QUADROTOR), [catalogue()["linear_drag"](d=0.1 * np.ones(3))]), right)
+    out = tmp_path / "out.json"
+    done = invoke(QUADROTOR, *paths, "--against", right, "--horizons", "1,10,0.5s", "--json", out, "-q")
+    assert done.exception is None, done.exception
+    content = json.loads(out.read_text())
+    axes = {"fx", "fy", "fz", "tx", "ty", "tz"}
+    assert content["unit"] == {"force": "N", "torque": "N m"}
+    assert set(content["rmse"]) == set(content["floor"]) == axes
+    assert [f["path"] for f in content["flights"]] == [str(p) for p in paths]
+    assert all(set(f["rmse"]) == axes and f["rows"] > 0 for f in content["flights"])
+    rollouts = content["rollouts"]
+    assert set(rollouts) == {"position", "velocity", "attitude", "rate"}
+    assert all(set(v) == {"1", "10", "0.5s"} for v in rollouts.values())
+    assert rollouts["position"]["0.5s"] > rollouts["position"]["1"]
+    squares = [f["rmse"]["fx"] ** 2 * f["rows"] for f in content["flights"]]
+    rows = sum(f["rows"] for f in content["flights"])
+    assert content["rmse"]["fx"] == pytest.approx(np.sqrt(sum(squares) / rows))
+    assert [m["model"] for m in content["models"]] == [str(QUADROTOR), str(right)]
+
+
+def test_thresholds_end_with_status_4(tmp_path, dragged, capsys):
+    path = tmp_path / "a.parquet"
+    dragged.write(path)
+    assert invoke(QUADROTOR, path, "--fail-above", "force=5,torque=1").exception is None
+    done = invoke(QUADROTOR, path, "--fail-above", "force=0.02")
+    assert isinstance(done.exception, SystemExit)
+    assert done.exception.code == 4
+    with pytest.raises(UsageError):
+        raise invoke(QUADROTOR, path, "--fail-above", "power=1").exception
+
+
+def test_rejected_flights_are_all_named(tmp_path, noisy):
+    good, bad, worse = tmp_path / "a.parquet", tmp_path / "b.csv", tmp_path / "c.parquet"
+    noisy.write(good)
+    bad.write_text("t,wx\n0,1\n1,2\n")
+    worse.write_text("no table")
+    out = tmp_path / "out.json"
+    done = invoke(QUADROTOR, bad, good, worse, "--json", out)
+    assert isinstance(done.exception, InputError)
+    assert "2 of 3 flights rejected" in str(done.exception)
+    assert not out.exists()
+    assert done.stderr.count("rejected:") == 2
+    assert invoke(QUADROTOR, bad, good, worse, "--json", out, "--skip-rejected").exception is None
+    assert len(json.loads(out.read_text())["flights"]) == 1
+
+
+def test_figures_and_recording_are_written(tmp_path, dragged):
+    model = load_model(QUADROTOR)
+    from infotraj.comparing import parse_horizons
+    from infotraj.plots.comparison import comparison_figures
+    from infotraj.recording import read_back
+    from infotraj.recording.wrench import record_comparison
+
+    short = dragged.between(0.0, 4.0)
+    found = compare(model, [short], horizons=parse_horizons("1,10"))
+    written = comparison_figures(found, tmp_path)
+    assert {p.name for p in written} == {"wrench.png", "errors.png", "rollouts.png"}
+    record_comparison(tmp_path / "a.rrd", short, model, found.models[0].errors[0])
+    entities = str(read_back(tmp_path / "a.rrd"))
+    for entity in ("force_measured", "force_predicted", "force_residual", "error_path", "residual/fx/residual"):
+        assert entity in entities
+
+
+def test_a_prediction_far_worse_than_none_leaves_its_columns_apart(quiet):
+    made = compare({"model": load_model(QUADROTOR)}, [quiet])
+    (error,) = made.models[0].errors
+    wild = replace(error, predicted=error.predicted + np.array([12.5, 0, 0, 0, 0, 3e4]) * np.sin(40 * error.t)[:, None])
+    text = as_text(replace(made, models=(replace(made.models[0], errors=(wild,)),)))
+    row = next(line for line in text.splitlines() if line.startswith("tz")).split()
+    assert len(row) == 8  # the unit has a space in it: axis, N, m, and five numbers
+    assert row[-1] == "<-1000%"
+    assert all(np.isfinite(float(cell)) for cell in row[3:-1])

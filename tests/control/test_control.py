@@ -1,0 +1,100 @@
+"""The controller: perfect tracking with the right model (eq. 2), the inversion, limits and anti-windup."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from infotraj import rotations
+from infotraj.control.demand import demand
+from infotraj.control.gains import Gains
+from infotraj.control.inversion import invert
+from infotraj.control.tracking import TrackingController, no_residual, states
+from infotraj.dynamics import rigid_body
+from infotraj.residual.gaussian_process import GaussianProcess
+from infotraj.robots.robot import Estimate
+from infotraj.trajectories.tasks import figure_eight
+from infotraj.vehicle import load_vehicle
+
+OMAV = load_vehicle(Path(__file__).parents[2] / "config" / "vehicles" / "omav.yaml")
+
+
+def a_process(seed=0, size=1.0):
+    rng = np.random.default_rng(seed)
+    X = rng.uniform(-1, 1, (40, 6)) * [5, 5, 1, 3, 3, 3] + [0, 0, 9, 0, 0, 0]
+    return GaussianProcess(
+        X, size * rng.standard_normal((40, 3)), np.full((3, 6), 8.0), np.ones(3), np.full(3, 0.05), np.full(3, 0.4)
+    )
+
+
+def test_inversion_solves_for_the_demand():
+    process, rng = a_process(), np.random.default_rng(1)
+    for _ in range(50):
+        wanted = rng.uniform(-1, 1, 6) * [4, 4, 1, 2, 2, 2] + [0, 0, 9, 0, 0, 0]
+        command, correction = np.empty(6), np.zeros(3)
+        left = invert(wanted, process.mean_arrays, 10.0, correction, command)
+        assert left < 1e-8
+        np.testing.assert_allclose(command[3:] + process.mean(command[None])[0], wanted[3:], atol=1e-4)
+        np.testing.assert_array_equal(command[:3], wanted[:3])
+
+
+def test_inversion_stays_within_its_limit_where_no_command_delivers_the_demand():
+    """A residual of -u cancels every command: the correction must end at its limit, not explode."""
+    X = np.concatenate([np.zeros((41, 3)), np.linspace(-4, 4, 41)[:, None] * np.ones(3)], axis=1)
+    process = GaussianProcess(X, -X[:, 3:], np.full((3, 6), 5.0), np.full(3, 50.0), np.full(3, 1e-4), np.zeros(3))
+    command, correction = np.empty(6), np.zeros(3)
+    wanted = np.array([0, 0, 0, 2.0, 2.0, 2.0])
+    left = invert(wanted, process.mean_arrays, 3.0, correction, command)
+    assert np.isfinite(command).all()
+    assert np.abs(correction).max() <= 3.0 + 1e-12
+    assert left > 0.1
+
+
+def test_demand_on_the_reference_is_the_feedforward_of_the_rigid_body():
+    """With no error the demanded wrench must produce exactly the reference's accelerations (eq. 2)."""
+    reference = figure_eight(np.radians(43), 9, 1, 0.01)
+    rows, inertia = states(reference), OMAV.inertia_matrix()
+    for k in (150, 400, 800):
+        out = np.empty(6)
+        demand(Gains(), OMAV.gravity, inertia, 0.01, rows[k, :13], rows[k], np.zeros(6), out)
+        a, angular = rigid_body.accelerations(
+            OMAV, reference.attitude[k], reference.rate[k], out * rigid_body.scale(OMAV)
+        )
+        np.testing.assert_allclose(a, reference.acceleration[k], atol=1e-9)
+        np.testing.assert_allclose(angular, reference.angular_acceleration[k], atol=1e-9)
+
+
+def test_feedback_turns_towards_the_reference_in_body_axes():
+    reference = figure_eight(np.radians(26), 9, 1, 0.01)
+    row = states(reference)[0]
+    state = row[:13].copy()
+    state[3:7] = rotations.exp([0.1, 0.0, 0.0])
+    out = np.empty(6)
+    demand(Gains(), OMAV.gravity, OMAV.inertia_matrix(), 0.01, state, row, np.zeros(6), out)
+    assert out[3] == pytest.approx(-9.0 * 0.1, rel=1e-6)
+    np.testing.assert_allclose(out[4:], 0.0, atol=1e-6)
+
+
+def test_integrals_stop_while_the_feedback_is_limited():
+    row = states(figure_eight(np.radians(26), 9, 1, 0.01))[0]
+    far, near = row[:13].copy(), row[:13].copy()
+    far[0] += 100.0
+    near[0] += 0.01
+    integral, out = np.zeros(6), np.empty(6)
+    demand(Gains(), OMAV.gravity, OMAV.inertia_matrix(), 0.01, far, row, integral, out)
+    np.testing.assert_array_equal(integral[:3], 0.0)
+    assert np.linalg.norm(out[:3]) <= Gains().max_specific_force + 1e-9
+    demand(Gains(), OMAV.gravity, OMAV.inertia_matrix(), 0.01, near, row, integral, out)
+    assert integral[0] == pytest.approx(-1e-4)
+
+
+def test_controller_commands_hover_and_forgets_on_reset():
+    reference = figure_eight(np.radians(26), 9, 1, 0.01)
+    controller = TrackingController(OMAV, reference, no_residual())
+    still = Estimate(np.array([0.1, 0, 1.5]), np.array([1.0, 0, 0, 0]), np.zeros(3), np.zeros(3))
+    first = controller.command(0, still)
+    np.testing.assert_allclose(first[0][2], OMAV.mass * OMAV.gravity, rtol=1e-3)
+    second = controller.command(0, still)
+    assert not np.allclose(first[0], second[0], atol=1e-12)
+    controller.reset()
+    np.testing.assert_array_equal(controller.command(0, still)[0], first[0])

@@ -1,0 +1,225 @@
+"""A first vehicle file from a few numbers, held against flights; what stands between a flight and an answer."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from click.testing import CliRunner
+
+from infotraj.comparing.equation_error import equation_error
+from infotraj.describing import guesses, layouts
+from infotraj.describing.against import seen
+from infotraj.describing.command import vehicle_command
+from infotraj.describing.doctor import doctor_command
+from infotraj.describing.writing import Asked, vehicle_text
+from infotraj.errors import InputError, UsageError
+from infotraj.flight import read_flight
+from infotraj.models import Model
+from infotraj.vehicle import Vehicle, load_vehicle, parse_vehicle
+
+TOP = Path(__file__).parents[2]
+VEHICLES = TOP / "config" / "vehicles"
+QUAD = TOP / "examples" / "quad"
+HEALTHY = QUAD / "healthy" / "flight_0.parquet"
+SMALL = ["--layout", "quad_x", "--order", "px4", "--arm", "0.16", "--mass", "0.8", "--propeller", "0.127"]
+ASKED = Asked("mine", "quad_x", "px4", 0.16, 0.8, "speed", 0.127)
+
+
+def new(*arguments):
+    return CliRunner().invoke(vehicle_command, ["new", *map(str, arguments)])
+
+
+def asked(**more) -> Vehicle:
+    return parse_vehicle(yaml.safe_load(vehicle_text(Asked(**{**ASKED.__dict__, **more}))))
+
+
+def test_a_layout_stands_where_a_shipped_file_of_that_firmware_has_its_rotors():
+    for name, order, mapped in (("betaflight_5inch", "betaflight", 0.1103), ("nanobench", "crazyflie", 0.046)):
+        shipped = load_vehicle(VEHICLES / f"{name}.yaml")
+        made = layouts.places("quad_x", order)
+        assert [place.spin for place in made] == [r.spin for r in shipped.rotors]
+        spots = [layouts.position(place, mapped) for place in made]
+        assert np.allclose(spots, [r.position for r in shipped.rotors], atol=3e-4)
+
+
+@pytest.mark.parametrize("layout", layouts.LAYOUTS)
+def test_every_layout_can_hover_and_turn_every_way(layout):
+    """Even thrusts leave no torque, and rotors can make each torque alone: right places and senses of turning."""
+    around = layouts.places(layout, "px4")
+    spots = np.array([layouts.position(place, 0.3) for place in around])
+    spin = np.array([place.spin for place in around])
+    torque = np.stack([spots[:, 1], -spots[:, 0], -0.02 * spin])
+    assert np.allclose(torque.sum(axis=1), 0.0, atol=1e-4)
+    assert np.linalg.matrix_rank(np.vstack([np.ones(len(around)), torque])) == 4
+    angles = np.sort([place.angle % 360 for place in around])
+    assert np.allclose(np.diff(angles), 360 / len(around))
+    # neighbours turn against each other, except across the sides of an octocopter
+    if layout != "octo_x":
+        order = np.argsort([place.angle % 360 for place in around])
+        assert (np.diff(spin[order]) != 0).all()
+
+
+def test_the_drawing_has_each_rotor_on_its_side():
+    text = layouts.drawing(["a", "b", "c", "d"], layouts.places("quad_x", "px4"))
+    lines = [line for line in text.splitlines() if "cw" in line]
+    assert [re.findall(r"\w+", line) for line in lines] == [["c", "cw", "a", "ccw"], ["b", "ccw", "d", "cw"]]
+
+
+@pytest.mark.parametrize("name", ["crazyflie_arpl", "nanobench"])
+def test_the_guessed_inertia_is_near_a_published_one(name):
+    vehicle = load_vehicle(VEHICLES / f"{name}.yaml")
+    spots = [r.position for r in vehicle.rotors]
+    made = guesses.inertia(vehicle.mass, spots, float(np.hypot(*spots[0][:2])))
+    published = vehicle.inertia
+    assert (made.xx, made.yy, made.zz) == pytest.approx((published.xx, published.yy, published.zz), rel=0.25)
+
+
+def test_a_written_file_hovers_where_it_was_told_and_keeps_what_was_given():
+    vehicle = asked(
+        hover=1144.0, moments=(0.005, 0.006, 0.01), time_constant=0.04, moment_constant=0.011, max_speed=2200.0
+    )
+    assert sum(r.thrust_coefficient for r in vehicle.rotors) * 1144.0**2 == pytest.approx(0.8 * 9.81, rel=1e-3)
+    assert (vehicle.inertia.xx, vehicle.inertia.yy, vehicle.inertia.zz) == (0.005, 0.006, 0.01)
+    (rotor, *_) = vehicle.rotors
+    assert (rotor.time_constant, rotor.moment_constant, rotor.max_speed, rotor.radius) == (0.04, 0.011, 2200.0, 0.0635)
+    throttle = asked(input="throttle", hover=0.4)
+    assert sum(r.thrust_polynomial[2] for r in throttle.rotors) * 0.4**2 == pytest.approx(0.8 * 9.81, rel=1e-3)
+    assert asked(input="thrust").rotors[0].thrust_coefficient is None
+
+
+def test_every_guess_is_said_in_the_file_and_what_is_given_is_not_called_one():
+    text = vehicle_text(ASKED)
+    for key in ("inertia", "thrust_coefficient", "moment_constant", "time_constant"):
+        assert any(key in line and "guessed" in line for line in text.splitlines()), key
+    known = Asked(
+        **{**ASKED.__dict__, "thrust_coefficient": 1e-6, "moments": (0.005, 0.005, 0.01), "time_constant": 0.03}
+    )
+    given = [line for line in vehicle_text(known).splitlines() if "guessed:" in line or "guessed from" in line]
+    assert [line.split(":")[0].strip("# ") for line in given] == ["moment_constant"]
+
+
+def test_the_command_writes_checks_and_never_overwrites(tmp_path):
+    out = tmp_path / "mine.yaml"
+    done = new("-o", out, *SMALL, "--hover", "1144", "--flight", HEALTHY)
+    assert done.exit_code == 0, done.output
+    assert out.read_text() in done.stdout
+    assert "3 numbers are guessed" in done.stderr
+    assert "thrust: the flight has 1.00" in done.stdout
+    assert "!" not in done.stdout
+    before = out.read_text()
+    again = new("-o", out, *SMALL)
+    assert isinstance(again.exception, UsageError)
+    assert out.read_text() == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ([], "--arm, --mass, --propeller"),
+        (["--layout", "hexa_x"], "no --order (px4 | ardupilot), --arm"),
+        ([*SMALL, "--input", "throttle"], "no --hover"),
+        ([*SMALL, "--input", "throttle", "--hover", "40"], "--hover 40; expected a throttle of 0..1"),
+        ([*SMALL, "--input", "thrust", "--hover", "40"], "--hover with --input thrust"),
+        ([*SMALL, "--inertia", "0.1", "0.1"], "--inertia with 2 numbers"),
+        (["--layout", "hexa_x", "--order", "betaflight", *SMALL[4:]], "the order of betaflight for hexa_x"),
+    ],
+)
+def test_what_is_missing_or_contradicts_is_one_line_and_leaves_nothing(tmp_path, arguments, says):
+    done = new("-o", tmp_path / "mine.yaml", *arguments)
+    assert isinstance(done.exception, UsageError)
+    assert says in str(done.exception)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_numbers_that_make_no_body_are_refused(tmp_path):
+    done = new("-o", tmp_path / "mine.yaml", *SMALL, "--inertia", "0.001", "0.001", "0.1")
+    assert isinstance(done.exception, InputError)
+    assert list(tmp_path.iterdir()) == []
+
+
+def told(**changes) -> dict[str, bool]:
+    """What the healthy flight says of the quadrotor's file with these changes: axis to whether it is right."""
+    content = yaml.safe_load((QUAD / "vehicle.yaml").read_text())
+    for rotor, changed in zip(content["rotors"], changes.pop("rotors", [{}] * 4), strict=True):
+        rotor.update(changed)
+    content.update(changes)
+    model = Model(parse_vehicle(content))
+    return {one.axis: one.good for one in seen(equation_error(model, read_flight(HEALTHY)))}
+
+
+def test_a_right_file_is_right_and_each_error_is_told_on_its_own_axis():
+    assert told() == {"fz": True, "tx": True, "ty": True, "tz": True}
+    assert told(mass=0.88)["fz"] is False
+    assert told(inertia={"xx": 0.0085, "yy": 0.0055, "zz": 0.0105}) == {"fz": True, "tx": False, "ty": True, "tz": True}
+    assert told(rotors=[{"spin": -1}, {"spin": -1}, {"spin": 1}, {"spin": 1}]) == {
+        "fz": True,
+        "tx": True,
+        "ty": True,
+        "tz": False,
+    }
+    mirrored = [{"position": [-0.113, -0.113, 0]}, {"position": [0.113, 0.113, 0]}]
+    mirrored += [{"position": [-0.113, 0.113, 0]}, {"position": [0.113, -0.113, 0]}]
+    assert told(rotors=mirrored) == {"fz": True, "tx": True, "ty": False, "tz": True}
+
+
+@pytest.mark.parametrize(
+    ("changes", "says", "wrong", "true"),
+    [
+        ({"mass": 0.88}, r"thrust: the flight has ([\d.]+) of .* or divide the mass by it", 0.88, 0.8),
+        ({"inertia": {"xx": 0.0075, "yy": 0.0055, "zz": 0.0105}}, r"divide inertia.xx by ([\d.]+)", 0.0075, 0.0055),
+        ({"inertia": {"xx": 0.0055, "yy": 0.0075, "zz": 0.0105}}, r"divide inertia.yy by ([\d.]+)", 0.0075, 0.0055),
+        ({"rotors": [{"moment_constant": 0.018}] * 4}, r"multiply moment_constant by ([\d.]+)", 1 / 0.018, 1 / 0.012),
+    ],
+)
+def test_what_is_to_be_done_mends_the_file(changes, says, wrong, true):
+    """The factor that the sentence names brings the number back to the true one."""
+    content = yaml.safe_load((QUAD / "vehicle.yaml").read_text())
+    for rotor, changed in zip(content["rotors"], changes.pop("rotors", [{}] * 4), strict=True):
+        rotor.update(changed)
+    said = seen(equation_error(Model(parse_vehicle(content | changes)), read_flight(HEALTHY)))
+    (factor,) = (float(found[1]) for one in said if (found := re.search(says, one.sentence)))
+    assert wrong / factor == pytest.approx(true, rel=0.05)
+
+
+def test_the_guessed_thrust_is_c_t_rho_n2_d4_and_within_what_it_says_of_shipped_files():
+    turns, diameter = 100.0, 0.2  # 1/s, m
+    thrust = guesses.thrust_coefficient_of_propeller(diameter).value * (2 * np.pi * turns) ** 2
+    assert thrust == pytest.approx(0.14 * 1.225 * turns**2 * diameter**4)
+    for name in ("quadrotor", "agile_quadrotor"):
+        (rotor, *_) = load_vehicle(VEHICLES / f"{name}.yaml").rotors
+        made = guesses.thrust_coefficient_of_propeller(2 * rotor.radius).value
+        assert 1 / 1.6 < made / rotor.thrust_coefficient < 1.6
+
+
+def doctor(*arguments):
+    return CliRunner().invoke(doctor_command, list(map(str, arguments)))
+
+
+def test_the_doctor_has_a_line_a_flight_and_names_what_to_do(tmp_path):
+    fine = doctor(QUAD / "vehicle.yaml", HEALTHY)
+    assert (fine.exit_code, fine.stdout) == (0, f"{HEALTHY}: nothing stands in the way\n")
+    assert f"infotraj diagnose {QUAD / 'vehicle.yaml'} {HEALTHY}" in fine.stderr
+    flight = read_flight(HEALTHY)
+    wrong = flight.table.copy()
+    wrong[["wx", "wy", "wz"]] *= 180 / np.pi
+    type(flight)(wrong).write(tmp_path / "degrees.parquet")
+    type(flight)(flight.table.drop(columns=["cmd_rotor_3"])).write(tmp_path / "three.parquet")
+    type(flight)(flight.table.iloc[:301]).write(tmp_path / "short.parquet")
+    type(flight)(flight.table.drop(columns=["wx", "wy", "wz", "qw", "qx", "qy", "qz"])).write(
+        tmp_path / "force.parquet"
+    )
+    paths = [tmp_path / f"{name}.parquet" for name in ("degrees", "three", "short", "force", "none")]
+    done = doctor(QUAD / "vehicle.yaml", *paths)
+    lines = done.stdout.splitlines()
+    assert done.exit_code == 3
+    assert len(lines) == len(paths)
+    assert "rate_unit: angular velocity is in deg/s" in lines[0]
+    assert "--set rate.scale=0.0174533" in lines[0]
+    assert "cmd_rotor_3" in lines[1]
+    assert "only 3.0 s in the air" in lines[2]
+    assert "not judged: " in lines[3]
+    assert "tx ty tz" in lines[3]
+    assert "no file" in lines[4] or "no such file" in lines[4]
+    assert all("Traceback" not in line for line in lines)

@@ -1,0 +1,235 @@
+"""The next flight: motions within a room, what the model needs for them, and what they would tell."""
+
+import functools
+import json
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import yaml
+from click.testing import CliRunner
+from exact_simulation import fly
+from scipy.stats import multivariate_normal
+
+from infotraj.cli import cli
+from infotraj.design.design import design, room_of
+from infotraj.design.expected import Limits, expected, limits
+from infotraj.design.inputs import commands, own_inputs, stand_in
+from infotraj.design.paths import Room, calmer, drawn, path, varied
+from infotraj.design.questions import determined, open_questions, separated
+from infotraj.design.simulation import simulated
+from infotraj.design.worth import Belief, Gram, Question
+from infotraj.diagnosis.diagnosis import diagnose
+from infotraj.diagnosis.judge.evidence import overdispersion
+from infotraj.diagnosis.judge.groups import AS_PROBABLE
+from infotraj.effects import effect_class
+from infotraj.errors import InputError, UsageError
+from infotraj.flight import Flight
+from infotraj.models import Model
+from infotraj.trajectories.reference import read_reference
+from infotraj.vehicle import load_vehicle
+
+VEHICLES = Path(__file__).parents[2] / "config" / "vehicles"
+QUADROTOR, OMAV = (load_vehicle(VEHICLES / f"{name}.yaml") for name in ("quadrotor", "omav"))
+NOISE = {"gyro": 0.01, "accelerometer": 0.1, "position": 0.001, "attitude": 0.002, "velocity": 0.01}
+
+
+def room(free=False, size=(2.0, 1.0, 0.6), seconds=8.0):
+    return Room(np.array(size), np.array([0.3, -0.2, 1.5]), seconds, 1.5, 0.4, free)
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("free", [False, True])
+def test_a_motion_stays_in_its_room_and_begins_and_ends_at_rest(seed, free):
+    r = room(free)
+    genes = drawn(r, np.random.default_rng(seed))
+    made = path(r, genes)
+    away = np.abs(made.position - r.center)
+    assert (away <= r.size / 2 + 1e-9).all()
+    assert away.max() > 0.01
+    assert np.linalg.norm(made.velocity, axis=1).max() <= 1.05 * r.speed
+    up = 1 - 2 * (made.attitude[:, 1] ** 2 + made.attitude[:, 2] ** 2)
+    assert up.min() >= np.cos(np.sqrt(2) * r.tilt * 1.05)
+    for k in (0, -1):
+        assert np.abs(made.velocity[k]).max() < 1e-3
+        assert np.abs(made.rate[k]).max() < 1e-2
+    near = varied(genes, 0.1, np.random.default_rng(seed))
+    assert ((near >= 0) & (near <= 1)).all()
+    assert 0 < np.abs(near - genes).mean() < 0.2
+    calm = path(r, calmer(r, genes, 0.5))
+    assert np.ptp(calm.position, axis=0).max() < np.ptp(made.position, axis=0).max()
+
+
+def test_inputs_of_every_kind_give_the_thrust_that_is_asked_for():
+    throttle = {"input": "throttle", "thrust_polynomial": (0.1, 0.5, 7.0), "thrust_coefficient": None}
+    thrust = {"input": "thrust", "thrust_coefficient": None}
+    changes = [{}, {**throttle, "max_speed": None}, {**thrust, "max_speed": None}, {}]
+    rotors = tuple(r.model_copy(update=c) for r, c in zip(QUADROTOR.rotors, changes, strict=True))
+    mixed = QUADROTOR.model_copy(update={"rotors": rotors})
+    speed = np.sqrt(2.0 / np.array([r.thrust_coefficient for r in stand_in(mixed).rotors]))
+    x = own_inputs(mixed, speed[None])[0]
+    assert 0.1 + 0.5 * x[1] + 7.0 * x[1] ** 2 == pytest.approx(2.0)
+    assert x[2] == pytest.approx(2.0)
+    assert QUADROTOR.rotors[0].thrust_coefficient * x[0] ** 2 == pytest.approx(2.0)
+    wrench = load_vehicle(VEHICLES / "crazyswarm2.yaml")
+    asked = np.array([[0.1, 0.2, 3.0, 0.01, 0.02, 0.03]])
+    assert commands(wrench, asked)["cmd_fz"] == pytest.approx([3.0])
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "effect", "most"), [(QUADROTOR, None, 0.25), (QUADROTOR, {"factor": 0.9}, 0.25), (OMAV, None, 0.8)]
+)
+def test_the_expected_flight_is_what_the_model_predicts_of_its_inputs(vehicle, effect, most):
+    effects = [effect_class("thrust_scale")(**effect)] if effect else []
+    model = Model(vehicle, effects)
+    like = Flight(fly(yaml.safe_load((VEHICLES / f"{vehicle.name}.yaml").read_text()), {}, seconds=2.0, noise=NOISE))
+    r = path(room(bool(vehicle.tilts)), drawn(room(bool(vehicle.tilts)), np.random.default_rng(1)))
+    flight = expected(model, r, like)
+    assert {c for c in flight.table if c.startswith("cmd_")} <= set(like.table)
+    said = model.predict(flight)
+    inside = slice(100, -100)
+    measured = flight.get("ax", "ay", "az")[inside]
+    # What lags is not inverted: an omav's arms are behind by a tenth of a second.
+    np.testing.assert_allclose(said.specific_force[inside], measured, atol=most)
+    assert np.abs(said.specific_force[inside] - measured).mean() < 0.2 * most
+
+
+def test_rotors_are_kept_within_what_the_file_or_the_flights_say():
+    bound = limits(QUADROTOR, [])
+    np.testing.assert_allclose(bound.high, [r.max_speed for r in QUADROTOR.rotors])
+    assert bound.passed(np.array([bound.high + 1.0])) > 0
+    assert bound.passed(np.array([(bound.low + bound.high) / 2])) < 0
+    assert Limits(np.zeros(0), np.zeros(0)).passed(np.zeros((0, 0))) == 0.0
+
+
+def belief(count, rng, keys):
+    columns = [SimpleNamespace(candidate=SimpleNamespace(label=a), place=b, scale=2.0) for a, b in keys]
+    root = rng.standard_normal((count, count))
+    fit = SimpleNamespace(linear=SimpleNamespace(columns=columns))
+    return Belief(fit, tuple(range(count)), 0.3 * root @ root.T / count)
+
+
+def test_how_often_two_explanations_are_told_apart_is_what_drawn_data_say():
+    rng = np.random.default_rng(5)
+    rows = 12
+    first, second = belief(2, rng, [("file", 0), ("a", 0)]), belief(2, rng, [("file", 0), ("b", 0)])
+    columns, apart = rng.standard_normal((rows, 3)), 1.6 * rng.standard_normal(rows)
+    joint = np.column_stack([columns, apart])
+    question = Question(first, second, odds=0.4, spread=1.3)
+    told, least = question.told_apart(Gram(joint.T @ joint), np.random.default_rng(0))
+
+    covariances = []
+    for own, at in ((first, [0, 1]), (second, [0, 2])):
+        own_columns = columns[:, at]
+        covariances.append(np.eye(rows) + own_columns @ own.covariance @ own_columns.T)
+    laws = [multivariate_normal(m, c) for m, c in zip((np.zeros(rows), apart), covariances, strict=True)]
+    draws = [law.rvs(4000, random_state=rng) for law in laws]
+    gains = [laws[k].logpdf(draws[k]) - laws[1 - k].logpdf(draws[k]) for k in (0, 1)]
+    likely = 1 / (1 + np.exp(-0.4))
+    forth, back = gains[0] / 1.3, gains[1] / 1.3
+    truth = likely * np.mean(0.4 + forth >= AS_PROBABLE) + (1 - likely) * np.mean(back - 0.4 >= AS_PROBABLE)
+    assert told == pytest.approx(truth, abs=0.06)
+    assert least == pytest.approx(min(forth.mean(), back.mean()), rel=0.15)
+
+
+def test_a_number_is_narrowed_as_the_information_says():
+    rng = np.random.default_rng(6)
+    own = belief(3, rng, [("file", 0), ("a", 0), ("a", 1)])
+    columns = rng.standard_normal((20, 3))
+    gram = np.zeros((4, 4))
+    gram[:3, :3] = columns.T @ columns
+    now, after, at = Question(own, None).errors_after(Gram(gram), "a")
+    expect = np.linalg.inv(np.linalg.inv(own.covariance) + columns.T @ columns)
+    np.testing.assert_allclose(after, 2.0 * np.sqrt(np.diag(expect))[1:], rtol=1e-4)
+    np.testing.assert_allclose(now, 2.0 * np.sqrt(np.diag(own.covariance))[1:], rtol=1e-6)
+    assert at == [0, 1]
+
+
+@functools.cache
+def flown():
+    """A drag on a quadrotor, and what is found on two short flights."""
+    content = yaml.safe_load((VEHICLES / "quadrotor.yaml").read_text())
+    hidden = {"linear_drag": {"d": [0.12, 0.12, 0.1]}}
+    tables = [fly(content, hidden, seconds=8.0, seed=k, noise=NOISE) for k in (0, 1)]
+    flights = [Flight(t, {"source": f"{k}.parquet"}) for k, t in enumerate(tables)]
+    return diagnose(Model(QUADROTOR), flights), flights
+
+
+@pytest.mark.long
+def test_a_design_tells_more_than_a_calm_flight_and_stays_in_its_limits():
+    found, flights = flown()
+    r = room_of(flights, (2.0, 2.0, 1.0), 8.0, 2.0, 0.4, Model(QUADROTOR))
+    made = design(found, flights, r, separate=("linear_drag", "quadratic_drag"), candidates=6)
+    (told,) = made.told
+    assert told.words == "linear_drag from quadratic_drag"
+    assert 0.0 <= told.after <= 1.0
+    assert made.limits.passed(made.inputs) < 0
+    inside = np.abs(made.reference.position - r.center) <= r.size / 2 + 1e-9
+    assert inside.all()
+    assert made.flown is not None
+    assert made.flown.away(made.reference) < 1.0
+    asked = separated(found, "linear_drag", "quadratic_drag").question
+    shares = []
+    for share in (0.1, 1.0):
+        motion = path(r, calmer(r, drawn(r, np.random.default_rng(3)), share))
+        gram = asked.gram(asked.observed(expected(Model(QUADROTOR), motion, flights[0])))
+        shares.append(asked.told_apart(gram, np.random.default_rng(0))[1])
+    assert shares[0] < shares[1]
+
+
+def test_a_flight_like_one_of_two_narrows_a_number_no_more_than_two_do():
+    """The next flight's data scatter as the flown ones do, beyond the noise model."""
+    found, _ = flown()
+    question = determined(found, "linear_drag")
+    assert question.spread == overdispersion(question.first.fit)[0]
+    own = question.first.fit.linear.observation
+    last = replace(own, samples=own.samples[-1:], transforms=own.transforms[-1:])
+    now, after, _ = question.errors_after(question.gram(last), "linear_drag")
+    assert (after < now).all()
+    # Two flights and one more of the same kind: at best the root of two thirds, but for how much each one tells.
+    assert (after > 0.6 * now).all()
+
+
+def test_names_that_are_none_and_effects_that_cannot_be_tested_are_refused():
+    found, _ = flown()
+    with pytest.raises(UsageError, match="no effect 'drag'"):
+        separated(found, "drag", "linear_drag")
+    with pytest.raises(UsageError, match="two effects"):
+        separated(found, "linear_drag", "linear_drag")
+    with pytest.raises(InputError, match="servo_lag cannot be tested"):
+        separated(found, "linear_drag", "servo_lag")
+    assert len(open_questions(found)) <= 3
+
+
+def test_a_controller_that_is_lost_is_said():
+    r = path(room(), drawn(room(), np.random.default_rng(0)))
+    weak = Model(QUADROTOR, [effect_class("thrust_scale")(factor=0.35)])
+    flown = simulated(weak, r, limits(QUADROTOR, []))
+    assert flown.at_limit > 0.02 or flown.away(r) > 1.0
+    assert simulated(Model(load_vehicle(VEHICLES / "crazyswarm2.yaml")), r, limits(QUADROTOR, [])) is None
+
+
+def test_the_command_writes_a_reference_and_says_what_it_will_tell(tmp_path):
+    _, flights = flown()
+    paths = []
+    for k, f in enumerate(flights):
+        paths.append(str(tmp_path / f"{k}.parquet"))
+        f.write(paths[-1])
+    output, numbers = tmp_path / "ref.csv", tmp_path / "design.json"
+    vehicle = str(VEHICLES / "quadrotor.yaml")
+    asked = ["--determine", "linear_drag", "--within", "8s", "--box", "2x2x1", "--candidates", "4"]
+    files = ["-o", str(output), "--json", str(numbers), "--figures", str(tmp_path)]
+    ran = CliRunner().invoke(cli, ["design", vehicle, "--flown", *paths, *asked, *files])
+    assert ran.exit_code == 0, ran.output
+    assert "linear_drag.d, N s/m: standard error" in ran.output
+    assert read_reference(output).t[-1] == pytest.approx(8.0)
+    content = json.loads(numbers.read_text())
+    (told,) = content["told"]
+    for row in told["numbers"]:
+        assert row["standard_error"]["after"] < row["standard_error"]["now"]
+    assert (tmp_path / "design.png").stat().st_size > 10_000
+    bad = CliRunner().invoke(cli, ["design", vehicle, "--flown", *paths, "--box", "2x2", "-o", str(output)])
+    assert bad.exit_code == 2
+    assert "no box" in bad.output

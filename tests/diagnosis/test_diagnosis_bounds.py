@@ -1,0 +1,99 @@
+"""A number that stopped at a physical bound is no measurement: it is said wherever it is printed, and names nothing."""
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from click.testing import CliRunner
+from exact_simulation import fly
+
+from infotraj.diagnosis.adding import add
+from infotraj.diagnosis.diagnosis import diagnose
+from infotraj.diagnosis.judge.verdicts import CONFIDENT
+from infotraj.diagnosis.report.command import add_command, diagnose_command
+from infotraj.diagnosis.select.bounds import beyond_bounds
+from infotraj.flight import Flight
+from infotraj.models import Model
+from infotraj.models.file import read_model
+from infotraj.vehicle import load_vehicle
+
+VEHICLE = Path(__file__).parents[2] / "config" / "vehicles" / "quadrotor.yaml"
+CONTENT = yaml.safe_load(VEHICLE.read_text())
+NOISE = {"gyro": 0.01, "accelerometer": 0.1, "position": 0.001, "attitude": 0.002, "velocity": 0.01}
+WEIGHT = CONTENT["mass"] * 9.81
+
+
+def flights(effects, count=2):
+    made = [fly(CONTENT, effects, seconds=7.0, seed=k, noise=NOISE) for k in range(count)]
+    return [Flight(t, {"source": f"flight {k}"}) for k, t in enumerate(made)]
+
+
+@pytest.fixture(scope="module")
+def stormy():
+    """A wind that pushes with more than the half weight that a steady force may have."""
+    return flights({"steady_force": {"f": [0.7 * WEIGHT, 0.0, 0.0]}})
+
+
+@pytest.fixture(scope="module")
+def heavy():
+    """An inertia about y of twelve times the file's."""
+    return flights({"inertia_error": {"dxx": 0.0, "dyy": 11.0 * CONTENT["inertia"]["yy"], "dzz": 0.0}})
+
+
+@pytest.mark.long
+def test_nothing_at_its_bound_is_supported(stormy, heavy):
+    model = Model(load_vehicle(VEHICLE))
+    for made, name in ((stormy, "steady_force"), (heavy, "inertia_error")):
+        found = diagnose(model, made)
+        assert name not in found.supported
+        assert not set(beyond_bounds(found.final.members, model.vehicle)) & {
+            m.candidate.label for m in found.final.members if found.finding(m.candidate.name).verdict in CONFIDENT
+        }
+        assert found.finding(name).verdict in ("Plausible", "Not needed")
+        assert found.unexplained.found or "bound" in found.finding(name).reason
+
+
+def test_add_says_that_a_number_stopped_at_its_bound_and_marks_it_in_the_file(stormy, tmp_path):
+    path, out = tmp_path / "a.parquet", tmp_path / "m.yaml"
+    replace(stormy[0], meta={}).write(path)
+    done = CliRunner().invoke(
+        add_command,
+        [str(VEHICLE), "steady_force", "--fit", str(path), "-o", str(out), "--json", str(tmp_path / "a.json")],
+        standalone_mode=False,
+    )
+    assert done.exception is None, done.stderr
+    assert re.search(r"WARNING steady_force: the fit ends at the physical bound of f", done.stdout)
+    assert "steady_force: the fit ends" in done.stderr
+    assert "steady_force" in json.loads((tmp_path / "a.json").read_text())["at_bound"]
+    model, content = read_model(out)
+    assert "bound of f" in content.provenance.at_bound["steady_force"]
+    assert model.effects[0].f[0] == pytest.approx(0.5 * WEIGHT, rel=1e-3)
+
+
+def test_add_prints_as_many_digits_as_the_standard_error_leaves():
+    made = add(Model(load_vehicle(VEHICLE)), ["linear_drag"], flights({"linear_drag": {"d": [0.1, 0.1, 0.1]}}, 1))
+    (line,) = [x for x in made.as_text().splitlines() if x.startswith("linear_drag")]
+    numbers = re.findall(r"\d\.\d+(?:e-\d+)?", line)
+    assert len(numbers) == 6
+    assert max(len(n.replace(".", "").lstrip("0")) for n in numbers) <= 5
+    values, errors = np.array(numbers[:3], dtype=float), np.array(numbers[3:], dtype=float)
+    assert np.all(np.abs(values - made.model.effects[0].d) < 0.1 * errors)
+
+
+def test_a_refused_diagnosis_writes_no_model_and_says_so(tmp_path):
+    (flight,) = flights({"linear_drag": {"d": [0.1, 0.1, 0.1]}}, 1)
+    table = flight.table.copy()
+    columns = [c for c in table if c.startswith("cmd_rotor_")]
+    table[columns] = table[columns].to_numpy()[::-1]
+    Flight(table).write(tmp_path / "a.parquet")
+    arguments = [str(VEHICLE), str(tmp_path / "a.parquet"), "--save-model", str(tmp_path / "m.yaml")]
+    done = CliRunner().invoke(diagnose_command, arguments, standalone_mode=False)
+    assert done.exception is None, done.stderr
+    assert "These data cannot say" in done.stdout
+    assert f"{tmp_path / 'm.yaml'} is not written" in done.stderr
+    assert "--against" not in done.stderr
+    assert not (tmp_path / "m.yaml").exists()

@@ -1,0 +1,193 @@
+"""`diagnose`, `add` and `history`: the JSON's contract, bad input, an effect of the user's own, other tables."""
+
+import json
+import textwrap
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from click.testing import CliRunner
+from exact_simulation import fly
+
+from infotraj import rotations
+from infotraj.cli import cli
+from infotraj.diagnosis.diagnosis import diagnose
+from infotraj.diagnosis.report.steps import steps
+from infotraj.effects import catalogue
+from infotraj.errors import InfotrajError
+from infotraj.flight import Flight
+from infotraj.models import Model
+from infotraj.vehicle import load_vehicle
+
+QUADROTOR = Path(__file__).parents[2] / "config" / "vehicles" / "quadrotor.yaml"
+NOISE = {"gyro": 0.01, "accelerometer": 0.1, "position": 0.001, "attitude": 0.002, "velocity": 0.01}
+DRAG = {"linear_drag": {"d": [0.1, 0.1, 0.1]}}
+VERDICTS = {"Supported", "Not separable", "Plausible", "Not needed", "Not testable here"}
+KEYS = {
+    "name", "verdict", "group", "heldout_change", "ci95", "flights_better", "selected", "rise", "parameters",
+    "standard_errors",
+}  # fmt: skip
+OWN = '''
+"""Drag with the cube of the speed."""
+import numpy as np
+from infotraj.effects import Effect, Parameter
+
+class CubicDrag(Effect):
+    """Body force -k |v|^2 v."""
+    name, place = "cubic_drag", "wrench"
+    parameters = (Parameter("k", "N s^3/m^3", 0.1, (0.0, 10.0)),)
+    needs = needs_to_act = ("velocity",)
+    def wrench(self, along):
+        v = along.velocity
+        force = -self.k * np.sum(v**2, axis=1, keepdims=True) * v
+        return np.hstack([force, np.zeros_like(force)])
+'''
+
+
+def run(*arguments):
+    result = CliRunner().invoke(cli, [str(a) for a in arguments])
+    assert isinstance(result.exception, (type(None), SystemExit, InfotrajError)), result.exception
+    return result
+
+
+def status_of(result):
+    return getattr(result.exception, "exit_status", result.exit_code)
+
+
+@pytest.fixture(scope="module")
+def made():
+    content = yaml.safe_load(QUADROTOR.read_text())
+    return [fly(content, DRAG, seconds=8.0, seed=k, noise=NOISE) for k in range(2)]
+
+
+@pytest.fixture
+def paths(made, tmp_path):
+    found = []
+    for k, table in enumerate(made):
+        found.append(tmp_path / f"{k}.parquet")
+        table.to_parquet(found[-1])
+    return found
+
+
+def test_the_json_has_every_key_for_every_effect(paths, tmp_path):
+    new = tmp_path / "new.yaml"
+    result = run("diagnose", QUADROTOR, *paths, "--json", tmp_path / "d.json", "--save-model", new)
+    assert result.exit_code == 0
+    said = json.loads((tmp_path / "d.json").read_text())
+    assert said["verdict"]["supported"] == ["linear_drag"]
+    assert said["verdict"]["unexplained"] is False
+    assert [e["name"] for e in said["effects"]] == list(catalogue())
+    for e in said["effects"]:
+        assert set(e) >= KEYS
+        assert e["verdict"] in VERDICTS
+        assert e["name"] in e["group"]
+        assert e["reason"] or e["verdict"] == "Supported"
+    drag = next(e for e in said["effects"] if e["name"] == "linear_drag")
+    assert drag["ci95"][0] <= drag["heldout_change"] <= drag["ci95"][1] < 0
+    assert drag["flights_better"] == [2, 2]
+    assert drag["rise"] > 1
+    assert set(drag["parameters"]) == set(drag["standard_errors"]) == {"d"}
+    for error in ("before", "after", "floor"):
+        assert set(said["error"][error]) == {"fx", "fy", "fz", "tx", "ty", "tz"}
+    assert said["error"]["after"]["fx"] < 0.3 * said["error"]["before"]["fx"]
+
+    # What the model has is not missing from it, and where nothing is supported the model stays as it is.
+    again, last = tmp_path / "again.json", tmp_path / "last.yaml"
+    assert run("diagnose", new, *paths, "--json", again, "--save-model", last).exit_code == 0
+    said = json.loads(again.read_text())
+    assert said["verdict"]["supported"] == []
+    assert next(e for e in said["effects"] if e["name"] == "linear_drag")["verdict"] == "Not needed"
+    old, kept = (yaml.safe_load(p.read_text()) for p in (new, last))
+    assert (old["vehicle"], old["effects"]) == (kept["vehicle"], kept["effects"])
+
+
+def test_bad_input_is_one_line_and_leaves_nothing(paths, made, tmp_path):
+    bad = made[0].copy()
+    bad.loc[5, "t"] = np.nan
+    bad.to_csv(tmp_path / "time.csv", index=False)
+    made[0].iloc[:200].to_csv(tmp_path / "short.csv", index=False)
+    made[0].drop(columns=[c for c in made[0] if "rotor" in c]).to_csv(tmp_path / "bare.csv", index=False)
+    (tmp_path / "broken.yaml").write_text("vehicle: [1, 2\n")
+    (tmp_path / "key.yaml").write_text(f"vehicle: {QUADROTOR}\nfoo: 1\n")
+    (tmp_path / "name.yaml").write_text(f"vehicle: {QUADROTOR}\neffects: [{{name: none_such}}]\n")
+    out = tmp_path / "out.yaml"
+    before = QUADROTOR.read_bytes()
+    for status, *arguments in (
+        (3, "diagnose", QUADROTOR, tmp_path / "no.csv"),
+        (3, "diagnose", QUADROTOR, tmp_path / "time.csv"),
+        (3, "diagnose", QUADROTOR, tmp_path / "short.csv"),
+        (3, "diagnose", QUADROTOR, tmp_path / "bare.csv"),
+        (3, "diagnose", tmp_path / "no.yaml", paths[0]),
+        (3, "diagnose", tmp_path / "broken.yaml", paths[0]),
+        (3, "diagnose", tmp_path / "key.yaml", paths[0]),
+        (3, "diagnose", tmp_path / "name.yaml", paths[0]),
+        (2, "diagnose", QUADROTOR, paths[0], "--from", 5, "--to", 3),
+        (3, "diagnose", QUADROTOR, paths[0], "--from", 50),
+        (3, "diagnose", QUADROTOR, paths[0], "--effects-from", tmp_path / "no.py"),
+        (2, "diagnose", QUADROTOR, paths[0], "--save-model", QUADROTOR),
+        (2, "add", QUADROTOR, "none_such", "--fit", paths[0], "-o", out),
+        (3, "add", QUADROTOR, "servo_lag", "--fit", paths[0], "-o", out),
+        (2, "add", QUADROTOR, "rotor_effectiveness:9", "--fit", paths[0], "-o", out),
+        (3, "add", QUADROTOR, "linear_drag", "--fit", tmp_path / "no.csv", "-o", out),
+        (3, "history", tmp_path / "no.yaml"),
+    ):
+        files = set(tmp_path.iterdir())
+        result = run(*arguments)
+        assert status_of(result) == status, (arguments, result.output)
+        assert isinstance(result.exception, InfotrajError)
+        assert "\n" not in str(result.exception)
+        assert set(tmp_path.iterdir()) == files
+    assert QUADROTOR.read_bytes() == before
+
+
+@pytest.mark.long
+def test_an_effect_of_the_users_own_is_supported_where_it_is_hidden(made, tmp_path, monkeypatch):
+    (tmp_path / "own.py").write_text(textwrap.dedent(OWN))
+    vehicle = load_vehicle(QUADROTOR)
+    tables = []
+    for table in made:
+        # The drag that these flights have is turned into a cubic one: the specific force is all that it changes here.
+        table = table.copy()
+        q = table[["qw", "qx", "qy", "qz"]].to_numpy()
+
+        v = rotations.to_body(rotations.normalize(q), table[["vx", "vy", "vz"]].to_numpy())
+        change = (0.1 * v - 0.08 * np.sum(v**2, axis=1, keepdims=True) * v) / vehicle.mass
+        table[["ax", "ay", "az"]] += change
+        tables.append(table.drop(columns=["px", "py", "pz"]))
+    flights = [Flight(t, {"source": f"flight {k}"}) for k, t in enumerate(tables)]
+    monkeypatch.setenv("INFOTRAJ_EFFECTS", str(tmp_path / "own.py"))
+    found = diagnose(Model(vehicle), flights)
+    finding = found.finding("cubic_drag")
+    assert finding.verdict == "Supported"
+    assert finding.parameters["k"] == pytest.approx(0.08, rel=0.05)
+    assert [f.name for f in found.findings] == [*catalogue()]
+
+
+def test_flights_with_different_channels_and_lengths(made):
+    pose = ["px", "py", "pz", "vx", "vy", "vz", "qw", "qx", "qy", "qz"]
+    camera = made[1].drop(columns=["ax", "ay", "az", "wx", "wy", "wz", "px", "py", "pz"]).iloc[:1000]
+    flights = [Flight(t, {}) for t in (made[0], made[1].drop(columns=pose), camera)]
+    found = diagnose(Model(load_vehicle(QUADROTOR)), flights)
+    assert set(found.supported) <= {"linear_drag"}
+
+
+def test_motion_capture_alone_can_show_a_mass(made):
+    pose = ["px", "py", "pz", "qw", "qx", "qy", "qz"]
+    columns = ["t", *pose, *(c for c in made[0] if c.startswith("cmd_"))]
+    found = diagnose(Model(load_vehicle(QUADROTOR)), [Flight(t[columns].copy(), {}) for t in made])
+    assert found.supported == ("linear_drag",)
+    assert found.finding("mass_offset").verdict == "Not needed"
+    assert found.finding("gyro_bias").verdict == "Not testable here"
+
+
+@pytest.mark.long
+def test_the_waterfall_draws_the_numbers_of_the_model_that_is_given(made):
+    """Also where they are not those that a fit beside the file as it is would give: here half of them."""
+    found = diagnose(Model(load_vehicle(QUADROTOR)), [Flight(t) for t in made])
+    final = found.final
+    half = replace(final.solution, theta=0.5 * final.solution.theta, each=0.5 * final.solution.each)
+    whole, part = steps(found).rmse, steps(replace(found, final=replace(final, solution=half))).rmse
+    assert whole[1, 0] < 0.5 * whole[0, 0]
+    assert 0.4 * whole[0, 0] < part[1, 0] < 0.8 * whole[0, 0]

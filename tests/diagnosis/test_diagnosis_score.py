@@ -1,0 +1,128 @@
+"""Spike and slab on sums: which set is most probable, beside a file that is as wrong as it is."""
+
+import numpy as np
+import pytest
+
+from infotraj.diagnosis.linear.sums import Sums
+from infotraj.diagnosis.select.prior import SLAB
+from infotraj.diagnosis.select.score import Choice, Scorer, diluted
+
+RNG = np.random.default_rng(0)
+
+
+def sums_of(r, s, folds=4):
+    """Sums of a residual (n,) and columns (n, p) on one axis, noise of variance 1."""
+    x = np.column_stack([r, s])
+    parts = np.array_split(x, folds)
+    gram = np.array([[p.T @ p for p in parts]])
+    one = np.arange(folds)
+    return Sums(gram, gram, gram, np.array([[len(p) for p in parts]]), np.ones((1, folds)), ("fx",), one, one)
+
+
+def scorer(r, s, names, spike=None, low=-np.inf, high=np.inf, price=3.0):
+    p = s.shape[1]
+    choices = [Choice(n, (i,), price) for i, n in enumerate(names)]
+    bounds = np.broadcast_to(low, p).astype(float), np.broadcast_to(high, p).astype(float)
+    return Scorer(sums_of(r, s), choices, (), np.diag(np.square(np.zeros(p) if spike is None else spike)), *bounds)
+
+
+def test_the_score_is_the_marginal_likelihood():
+    s = RNG.standard_normal((60, 2))
+    r = s @ [0.4, 0.0] + RNG.standard_normal(60)
+    made = scorer(r, s, "ab", spike=[0.0, 0.5])
+    covariance = np.eye(60) + SLAB**2 * np.outer(s[:, 0], s[:, 0]) + 0.25 * np.outer(s[:, 1], s[:, 1])
+    without = np.eye(60) + 0.25 * np.outer(s[:, 1], s[:, 1])
+
+    def density(c):
+        return -0.5 * (r @ np.linalg.solve(c, r) + np.linalg.slogdet(c)[1])
+
+    both, none = made.scores([(0,), ()])
+    assert both - none == pytest.approx(density(covariance) - density(without) - 3.0, abs=1e-6)
+
+
+def test_the_search_finds_the_set_and_its_numbers():
+    s = RNG.standard_normal((400, 8))
+    r = s @ [0.0, 1.0, 0.0, -0.7, 0.0, 0.0, 0.5, 0.0] + RNG.standard_normal(400)
+    found = scorer(r, s, "abcdefgh").search(6, range(8))
+    assert found.chosen == (1, 3, 6)
+    np.testing.assert_allclose(found.theta[[1, 3, 6]], [1.0, -0.7, 0.5], atol=0.2)
+    assert found.each.shape == (4, 8)
+
+
+def test_nothing_is_chosen_from_noise():
+    wrong = 0
+    for seed in range(200):
+        rng = np.random.default_rng(seed)
+        wrong += bool(
+            scorer(rng.standard_normal(100), rng.standard_normal((100, 20)), range(20)).search(3, range(20)).chosen
+        )
+    assert wrong <= 6
+
+
+@pytest.mark.parametrize(("size", "named"), [(0.3, False), (1.0, True)])
+def test_a_number_is_an_effect_only_where_it_is_out_of_line_with_the_file(size, named):
+    s = RNG.standard_normal((400, 1))
+    r = s @ [size] + RNG.standard_normal(400)
+    found = scorer(r, s, "a", spike=[0.15]).search(1, [0])
+    assert bool(found.chosen) == named
+    assert found.theta[0] == pytest.approx(size, abs=0.2)
+
+
+def test_a_strong_effect_is_not_lost_beside_a_wrong_file():
+    """Ten file numbers that are all off, one of them much as the effect is."""
+    s = RNG.standard_normal((600, 11))
+    s[:, 1] = 0.9 * s[:, 0] + 0.4 * s[:, 1]
+    theta = np.concatenate([[1.5], 0.3 * RNG.standard_normal(10)])
+    r = s @ theta + RNG.standard_normal(600)
+    found = scorer(r, s, range(11), spike=[0.0] + [0.3] * 10).search(4, range(11))
+    assert found.chosen == (0,)
+    assert found.theta[0] == pytest.approx(1.5, abs=0.5)
+
+
+def test_a_number_beyond_a_bound_is_held_there():
+    s = RNG.standard_normal((400, 2))
+    r = s @ [-1.0, 1.0] + RNG.standard_normal(400)
+    made = scorer(r, s, "ab", low=0.0)
+    found = made.search(2, range(2))
+    assert found.chosen == (1,)
+    assert made.solution((0, 1)).theta[0] == 0.0
+
+
+def test_what_an_effect_leaves_is_not_taken_up_by_numbers_that_no_file_has():
+    s = RNG.standard_normal((400, 2))
+    s[:, 1] = 0.9 * s[:, 0] + 0.4 * s[:, 1]
+    r = s @ [2.0, 0.0] + 0.1 * RNG.standard_normal(400)
+    made = scorer(r, s, "ab", spike=[0.0, 0.1])
+    full = made.solution((0,))
+    assert np.abs(made.solution(()).theta[1]) > 1.0
+    out = made.beside((), full.each, [0])
+    np.testing.assert_allclose(out[:, 1], 0.2)
+    assert (out[:, 0] == 0.0).all()
+
+
+def log_density(r, covariance):
+    return -0.5 * (r @ np.linalg.solve(covariance, r) + np.linalg.slogdet(covariance)[1])
+
+
+def test_a_number_that_is_held_at_its_bound_is_a_known_one():
+    s = RNG.standard_normal((60, 2))
+    r = s @ [-1.0, 1.0] + RNG.standard_normal(60)
+    made = scorer(r, s, "ab", low=-0.2)
+    slab = np.eye(60) + SLAB**2 * np.outer(s[:, 1], s[:, 1])
+    held, alone = made.scores([(0, 1), (1,)])
+    expected = log_density(r + 0.2 * s[:, 0], slab) - log_density(r, slab) - 3.0
+    assert held - alone == pytest.approx(expected, abs=1e-6)
+
+
+def test_how_far_a_file_is_off_is_weighed_by_the_marginal_likelihood():
+    s = RNG.standard_normal((60, 2))
+    r = s @ [0.0, 0.3] + RNG.standard_normal(60)
+    said = [float(scorer(r, s, "ab", spike=[0.0, size]).scores([()])[0]) for size in (0.1, 1.0, 5.0)]
+    wanted = [log_density(r, np.eye(60) + size**2 * np.outer(s[:, 1], s[:, 1])) for size in (0.1, 1.0, 5.0)]
+    np.testing.assert_allclose(np.diff(said), np.diff(wanted), atol=1e-6)
+
+
+def test_what_flights_differ_by_is_integrated_out():
+    x, scatter = RNG.standard_normal((30, 3)), np.array([0.5, 2.0])
+    covariance = np.eye(30) + x[:, 1:] * scatter**2 @ x[:, 1:].T
+    np.testing.assert_allclose(diluted(x.T @ x, scatter), x.T @ np.linalg.solve(covariance, x), atol=1e-9)

@@ -1,0 +1,125 @@
+"""Commands between the rows of a log: read as the log says, and no reason to name an effect."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from click.testing import CliRunner
+from exact_simulation import fly
+
+from infotraj.cli import cli
+from infotraj.diagnosis.adding import add
+from infotraj.diagnosis.diagnosis import diagnose
+from infotraj.diagnosis.report.summary import as_dict, as_text
+from infotraj.errors import InputError
+from infotraj.flight import COMMAND_STEPS, Flight, read_flight, stepped
+from infotraj.models import Model
+from infotraj.models.recorded import recorded
+from infotraj.vehicle import load_vehicle
+
+VEHICLES = Path(__file__).parents[2] / "config/vehicles"
+NOISE = {"gyro": 0.01, "accelerometer": 0.1, "position": 0.001, "attitude": 0.001, "velocity": 0.005}
+
+
+def model(name):
+    return Model(load_vehicle(VEHICLES / f"{name}.yaml"))
+
+
+def logs(name, effects, every, seconds=12.0):
+    """Four flights, commanded at the simulation's 200 Hz, of which each `every`th row was logged."""
+    content = yaml.safe_load((VEHICLES / f"{name}.yaml").read_text())
+    flights = (fly(content, effects, seconds=seconds, seed=seed, noise=NOISE) for seed in range(4))
+    return [Flight(f.iloc[::every].reset_index(drop=True)) for f in flights]
+
+
+def test_steps_lie_on_the_line_between_commands_but_not_across_a_gap():
+    flight = logs("quadrotor", {}, 4, seconds=2.0)[0]
+    table = flight.table.copy()
+    table.loc[20:30, [f"cmd_rotor_{i}" for i in range(4)]] = np.nan
+    vehicle = load_vehicle(VEHICLES / "quadrotor.yaml")
+    held = recorded(vehicle, Flight(table)).rotor
+    made = recorded(vehicle, stepped(Flight(table), 4)).rotor
+    kept = np.isin(made.times, held.times)
+    np.testing.assert_array_equal(made.values[kept], held.values)
+    np.testing.assert_allclose(made.times[:5] - made.times[0], 0.005 * np.arange(5), atol=1e-12)
+    np.testing.assert_allclose(made.values[2], (held.values[0] + held.values[1]) / 2)
+    inside = (made.times > table["t"][19] + 1e-9) & (made.times < table["t"][31] - 1e-9)
+    assert not inside.any()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("name", "true"),
+    [
+        ("omav", {}),
+        ("omav", {"mass_offset": {"dm": 0.2}}),
+        ("omav", {"servo_lag": {"extra_time_constant": 0.03}}),
+        ("quadrotor", {"linear_drag": {"d": [0.1, 0.1, 0.15]}}),
+        ("quadrotor", {"time_offset": {"dt": 0.01}}),
+    ],
+)
+def test_a_thinned_log_shows_what_is_missing_and_no_more(name, true):
+    found = diagnose(model(name), logs(name, true, 4))
+    assert found.supported == tuple(true)
+    assert as_dict(found)["commands"]["every"] == pytest.approx(0.02, rel=0.01)
+    assert "a delay below 10 ms cannot be told" in as_text(found)
+    for effect, numbers in true.items():
+        finding = found.finding(effect)
+        for parameter, value in numbers.items():
+            error = np.abs(np.subtract(finding.parameters[parameter], value))
+            assert np.all(error < 3.0 * np.array(finding.standard_errors[parameter]))
+
+
+@pytest.mark.parametrize("true", [{}, {"actuation_delay": {"delay": 0.015}}], ids=["nothing", "delay"])
+def test_commands_that_were_held_stay_held(true):
+    """At 100 Hz, from a controller of 100 Hz."""
+    content = yaml.safe_load((VEHICLES / "quadrotor.yaml").read_text())
+    flights = [Flight(fly(content, true, seconds=12.0, seed=s, noise=NOISE, row=0.01)) for s in range(4)]
+    found = diagnose(model("quadrotor"), flights)
+    assert found.supported == tuple(true)
+    assert not any(COMMAND_STEPS in s.flight.meta for s in found.samples)
+
+
+@pytest.mark.long
+def test_a_model_is_extended_by_what_thinned_logs_say():
+    flights = logs("omav", {"linear_drag": {"d": [0.4, 0.5, 0.3]}}, 4)
+    made = add(model("omav"), ["linear_drag"], flights)
+    np.testing.assert_allclose(made.model.effects[0].values["d"], [0.4, 0.5, 0.3], rtol=0.1)
+
+
+@pytest.mark.long
+def test_what_the_metadata_say_of_commands_is_taken_and_checked(tmp_path):
+    vehicle = load_vehicle(VEHICLES / "quadrotor.yaml")
+    flights = []
+    for k, made in enumerate(logs("quadrotor", {}, 4, seconds=8.0)):
+        stepped(made, 4).write(tmp_path / f"{k}.parquet")
+        flights.append(read_flight(tmp_path / f"{k}.parquet"))
+    found = diagnose(model("quadrotor"), flights)
+    assert found.supported == ()
+    assert found.command_steps == 4
+    for wrong in (0, 1.5, "two", True):
+        with pytest.raises(InputError, match="command_steps"):
+            recorded(vehicle, Flight(flights[0].table, {COMMAND_STEPS: wrong}))
+
+
+@pytest.mark.long
+def test_the_commands_take_and_hand_on_how_to_read(tmp_path):
+    paths = []
+    for k, made in enumerate(logs("omav", {"linear_drag": {"d": [0.4, 0.5, 0.3]}}, 4)):
+        paths.append(str(tmp_path / f"{k}.parquet"))
+        made.write(tmp_path / f"{k}.parquet")
+    vehicle, new = str(VEHICLES / "omav.yaml"), str(tmp_path / "new.yaml")
+    run = CliRunner().invoke(cli, ["diagnose", vehicle, *paths, "--command-steps", "4", "--save-model", new])
+    assert run.exit_code == 0, run.output
+    assert "read as 4 steps" in run.output
+    assert "--command-steps 4" in run.output.splitlines()[-1]
+    assert "--command-steps 4" in Path(new).read_text()
+    errors = {}
+    for steps in ("1", "4"):
+        numbers = tmp_path / f"{steps}.json"
+        run = CliRunner().invoke(cli, ["compare", new, paths[0], "--command-steps", steps, "--json", str(numbers)])
+        assert run.exit_code == 0, run.output
+        errors[steps] = json.loads(numbers.read_text())["rmse"]["fx"]
+    assert errors["4"] < errors["1"]

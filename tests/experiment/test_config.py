@@ -1,0 +1,68 @@
+"""The configuration: its files are those of its model, and a key that does not exist is refused in one line."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import jsonschema
+import pytest
+import yaml
+
+from infotraj.errors import UsageError
+from infotraj.experiment.common.config import ExperimentConfig, load, read
+from infotraj.experiment.common.config_files import DEFAULTS, SCHEMA, default_yaml, schema
+
+TOP = Path(__file__).parents[2]
+
+
+def test_the_committed_files_are_those_of_the_model():
+    remedy = "run `python -m infotraj.experiment.common.config_files`"
+    assert (TOP / DEFAULTS).read_text() == default_yaml(), remedy
+    assert (TOP / SCHEMA).read_text() == schema(), remedy
+
+
+def test_the_default_file_holds_the_defaults():
+    assert read(TOP / DEFAULTS) == ExperimentConfig()
+
+
+def test_the_schema_accepts_the_defaults_and_no_other_key():
+    validator = jsonschema.Draft202012Validator(json.loads(schema()))
+    defaults = yaml.safe_load(default_yaml())
+    validator.validate(defaults)
+    assert not validator.is_valid({**defaults, "seds": 3})
+    assert not validator.is_valid({**defaults, "selection": {**defaults["selection"], "drws": 3}})
+    assert not validator.is_valid({**defaults, "gains": {**defaults["gains"], "position": 3.0}})
+
+
+@pytest.mark.parametrize("path", sorted((TOP / "config").glob("*.yaml")), ids=lambda path: path.name)
+def test_every_configuration_of_the_project_is_valid(path):
+    read(path)
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        ({"seds": 3}, "seds: unknown key"),
+        ({"selection": {"drws": 3}}, r"selection\.drws: unknown key"),
+        ({"gains": {"position": 3.0}}, r"gains\.position: unknown key"),
+        ({"seeds": 0}, "seeds: "),
+        ({"seeds": "many"}, "seeds: .*found 'many'"),
+        ({"execution": "balloon"}, "execution: .*found 'balloon'"),
+        ({"plants": []}, "plants: "),
+        (None, "no mapping"),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_line(content, says):
+    with pytest.raises(UsageError, match=says) as caught:
+        load(content, "my.yaml")
+    assert "\n" not in str(caught.value)
+    assert str(caught.value).startswith("my.yaml: ")
+
+
+@pytest.mark.parametrize("content", [b"a: [", b"\x80"])
+def test_a_file_that_is_not_yaml_is_one_line(tmp_path, content):
+    (tmp_path / "c.yaml").write_bytes(content)
+    with pytest.raises(UsageError) as caught:
+        read(tmp_path / "c.yaml")
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,297 @@
+"""The model along a flight, whatever channels it holds, and the model file."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+
+from infotraj.dynamics.actuators import body_wrench
+from infotraj.dynamics.response import actuator_values
+from infotraj.dynamics.rigid_body import accelerations
+from infotraj.effects import effect_class
+from infotraj.errors import InputError, UsageError
+from infotraj.flight import Flight
+from infotraj.models import Model, load_model, prepared, save_model
+from infotraj.models.content import FileReference, Provenance
+from infotraj.models.file import read_model
+from infotraj.rotations import exp, multiply, to_body
+from infotraj.vehicle import load_vehicle
+
+VEHICLES = Path(__file__).parents[2] / "config" / "vehicles"
+OMAV, QUADROTOR = VEHICLES / "omav.yaml", VEHICLES / "quadrotor.yaml"
+
+
+def flight(vehicle, seconds=3.0, rate=200, seed=0):
+    """Smooth motion and commands; what the IMU says follows from the attitude and is otherwise arbitrary."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(round(seconds * rate)) / rate
+    w = 0.8 * np.sin(np.outer(t, [2.1, 1.7, 1.3]) + rng.uniform(-3, 3, 3))
+    q = np.empty((len(t), 4))
+    q[0] = [1, 0, 0, 0]
+    for k in range(len(t) - 1):
+        q[k + 1] = multiply(q[k], exp((t[k + 1] - t[k]) * 0.5 * (w[k] + w[k + 1])))
+    place = np.array([0, 0, 1.5]) + np.sin(np.outer(t, [1.1, 1.4, 0.9]))
+    speed = np.cos(np.outer(t, [1.1, 1.4, 0.9])) * [1.1, 1.4, 0.9]
+    columns = {"t": t}
+    for names, values in (
+        (("px", "py", "pz"), place),
+        (("qw", "qx", "qy", "qz"), q),
+        (("vx", "vy", "vz"), speed),
+        (("wx", "wy", "wz"), w),
+        (("ax", "ay", "az"), np.broadcast_to([0.1, -0.2, 9.8], w.shape)),
+    ):
+        columns |= {name: values[:, i] for i, name in enumerate(names)}
+    hover = 677 if vehicle.tilts else 1144
+    columns |= {f"cmd_rotor_{i}": hover + 40 * np.sin(5 * t + i) for i in range(len(vehicle.rotors))}
+    columns |= {f"cmd_tilt_{i}": 0.4 * np.sin(3 * t + i) for i in range(len(vehicle.tilts))}
+    return Flight(pd.DataFrame(columns))
+
+
+def changed(f, **columns):
+    return Flight(f.table.assign(**columns), dict(f.meta))
+
+
+@pytest.mark.parametrize("path", [OMAV, QUADROTOR])
+def test_a_vehicle_file_is_a_model_that_agrees_with_the_first_principles_model(path):
+    model = load_model(path)
+    v, f = model.vehicle, flight(model.vehicle)
+    prediction = model.predict(f)
+    rotor, tilt = actuator_values(v, f.t, f.numbered("cmd_rotor_"), f.numbered("cmd_tilt_"))
+    q, w = f.get("qw", "qx", "qy", "qz"), f.get("wx", "wy", "wz")
+    up = np.array([0.0, 0.0, v.gravity])
+    acceleration, angular = accelerations(v, q, w, body_wrench(v, rotor, tilt))
+    np.testing.assert_allclose(prediction.specific_force, to_body(q, acceleration + up), atol=1e-9)
+    np.testing.assert_allclose(prediction.angular_acceleration, angular, atol=1e-9)
+    assert prediction.covered.all()
+    assert set(prediction.testable.values()) == {None}
+    assert np.isnan(prediction.angular_acceleration_mean[-1]).all()
+
+
+def test_what_the_vehicle_file_leaves_out_is_not_predicted(tmp_path):
+    content = yaml.safe_load(QUADROTOR.read_text())
+    full = load_model(QUADROTOR)
+    f = flight(full.vehicle)
+    for missing, axes, kept in (("inertia", "t", "specific_force"), ("mass", "f", "angular_acceleration")):
+        path = tmp_path / f"{missing}.yaml"
+        path.write_text(yaml.safe_dump({k: v for k, v in content.items() if k != missing}))
+        model = load_model(path)
+        prediction = model.predict(f)
+        lost = "angular_acceleration" if missing == "inertia" else "specific_force"
+        assert np.isnan(getattr(prediction, lost)).all()
+        np.testing.assert_allclose(getattr(prediction, kept), getattr(full.predict(f), kept), atol=1e-12)
+        assert all((missing in (r or "")) == (a[0] == axes) for a, r in prediction.testable.items())
+
+
+def test_a_center_of_mass_shows_in_the_specific_force_without_a_known_inertia(tmp_path):
+    content = yaml.safe_load(QUADROTOR.read_text())
+    path = tmp_path / "v.yaml"
+    path.write_text(yaml.safe_dump({k: v for k, v in content.items() if k != "inertia"}))
+    vehicle = load_vehicle(path)
+    f = flight(vehicle)
+    r = np.array([0.01, -0.02, 0.005])
+    offset = effect_class("com_offset")(r=r)
+    difference = Model(vehicle, [offset]).predict(f).specific_force - Model(vehicle).predict(f).specific_force
+    w = f.get("wx", "wy", "wz")
+    dw = np.gradient(w, f.t, axis=0)
+    np.testing.assert_allclose(difference, -np.cross(dw, r) - np.cross(w, np.cross(w, r)), atol=1e-9)
+
+
+def test_velocity_and_rates_are_derived_from_the_pose_where_they_are_missing():
+    model = Model(load_vehicle(QUADROTOR), [effect_class("linear_drag")(d=[0.1, 0.1, 0.1])])
+    f = flight(model.vehicle)
+    less = Flight(f.table.drop(columns=["vx", "vy", "vz", "wx", "wy", "wz"]))
+    full, derived = model.predict(f), model.predict(less)
+    inner = slice(2, -2)
+    np.testing.assert_allclose(derived.specific_force[inner], full.specific_force[inner], atol=1e-4)
+    np.testing.assert_allclose(derived.angular_acceleration[inner], full.angular_acceleration[inner], atol=1e-3)
+    assert "derived" in derived.kinematics.reasons["turn"]
+    assert derived.kinematics.turn is None
+
+
+def test_measured_actuators_stand_in_for_missing_commands():
+    vehicle = load_vehicle(OMAV)
+    f = flight(vehicle)
+    rotor, tilt = actuator_values(vehicle, f.t, f.numbered("cmd_rotor_"), f.numbered("cmd_tilt_"))
+    measured = f.table.drop(columns=[c for c in f.table if c.startswith("cmd_")])
+    measured[[f"rotor_{i}" for i in range(12)]] = rotor
+    measured[[f"tilt_{i}" for i in range(6)]] = tilt
+    model = Model(vehicle)
+    np.testing.assert_allclose(
+        model.predict(Flight(measured)).specific_force, model.predict(f).specific_force, atol=1e-9
+    )
+    lag = Model(vehicle, [effect_class("rotor_lag")(extra_time_constant=0.1)])
+    assert "commands" in effect_class("rotor_lag").cannot_show(vehicle, Flight(measured))
+    np.testing.assert_array_equal(
+        lag.predict(Flight(measured)).specific_force, model.predict(Flight(measured)).specific_force
+    )
+    with pytest.raises(InputError, match="cmd_rotor_0"):
+        model.predict(Flight(f.table.drop(columns=[c for c in f.table if c.startswith("cmd_")])))
+
+
+def test_channels_at_their_own_rates():
+    """Commands at 50 Hz are held, poses at 100 Hz lie between their samples; nothing else changes."""
+    vehicle = load_vehicle(OMAV)
+    f = flight(vehicle)
+    commands = [c for c in f.table if c.startswith("cmd_")]
+    held = f.table.copy()
+    held.loc[held.index % 4 != 0, commands] = np.nan
+    full = held.copy()
+    full[commands] = full[commands].ffill()
+    poses = ["px", "py", "pz", "qw", "qx", "qy", "qz", "vx", "vy", "vz"]
+    half = held.copy()
+    half.loc[half.index % 2 != 0, poses] = np.nan
+    model = Model(vehicle, [effect_class("linear_drag")(d=[0.5, 0.5, 0.5])])
+    expected = model.predict(Flight(full)).specific_force
+    np.testing.assert_allclose(model.predict(Flight(held)).specific_force, expected, atol=1e-9)
+    np.testing.assert_allclose(model.predict(Flight(half)).specific_force[:-2], expected[:-2], atol=1e-6)
+
+
+def test_rows_without_commands_for_long_or_without_motion_are_not_covered():
+    vehicle = load_vehicle(QUADROTOR)
+    f = flight(vehicle)
+    commands = [f"cmd_rotor_{i}" for i in range(4)]
+    table = f.table.copy()
+    table.loc[(f.t > 1.0) & (f.t < 2.0), commands] = np.nan
+    covered = Model(vehicle).predict(Flight(table)).covered
+    assert covered[f.t < 1.2].all()
+    assert not covered[(f.t > 1.3) & (f.t < 2.0)].any()
+    assert covered[f.t >= 2.0].all()
+    late = Model(vehicle, [effect_class("time_offset")(dt=0.05)]).predict(f).covered
+    assert not late[f.t < 0.049].any()
+    assert late[f.t > 0.051].all()
+
+
+def test_an_effect_whose_channel_is_missing_is_refused_by_name():
+    vehicle = load_vehicle(QUADROTOR)
+    f = flight(vehicle)
+    model = Model(vehicle, [effect_class("linear_drag")(d=[0.1, 0.1, 0.1])])
+    blind = Flight(f.table[[c for c in f.table if c[0] not in "pqv"]])
+    with pytest.raises(InputError, match=r"linear_drag.*attitude"):
+        model.predict(blind)
+    assert np.isfinite(Model(vehicle).predict(blind).specific_force).all()
+
+
+def test_long_flights_are_evaluated_in_segments_without_a_seam(monkeypatch):
+    vehicle = load_vehicle(OMAV)
+    f = flight(vehicle)
+    effects = [
+        effect_class("rotor_drag")(k=1e-4),
+        effect_class("suspended_load")(mass=0.3, length=0.5),
+        effect_class("actuation_delay")(delay=0.013),
+        effect_class("time_offset")(dt=0.004),
+    ]
+    whole = Model(vehicle, effects).predict(f)
+    monkeypatch.setattr(prepared, "SEGMENT", 128)
+    parts = Model(vehicle, effects).predict(f)
+    for name in ("specific_force", "specific_force_mean", "angular_acceleration", "angular_acceleration_mean"):
+        np.testing.assert_allclose(getattr(parts, name), getattr(whole, name), atol=1e-10)
+
+
+def test_a_prepared_flight_gives_the_same_and_forgets_nothing_of_other_models():
+    vehicle = load_vehicle(OMAV)
+    f = flight(vehicle)
+    ready = Model(vehicle).prepare(f)
+    models = [
+        Model(vehicle),
+        Model(vehicle, [effect_class("rotor_lag")(extra_time_constant=0.02)]),
+        Model(vehicle, [effect_class("rotor_lag")(extra_time_constant=0.03)]),
+        Model(vehicle, [effect_class("gyro_bias")(b=[0.1, 0, 0]), effect_class("servo_bias")(bias=[0.01] * 6)]),
+        Model(vehicle, [effect_class("thrust_scale")(factor=0.8), effect_class("gyroscopic")(rotor_inertia=1e-4)]),
+    ]
+    for model in models * 2:
+        np.testing.assert_array_equal(model.predict(ready).angular_acceleration, model.predict(f).angular_acceleration)
+    with pytest.raises(UsageError, match="another vehicle"):
+        Model(load_vehicle(QUADROTOR)).predict(ready)
+
+
+def test_time_grows_with_the_rows():
+    vehicle = load_vehicle(QUADROTOR)
+    model = Model(vehicle, [effect_class("rotor_drag")(k=5e-5)])
+    model.predict(flight(vehicle))
+    seconds = []
+    for length in (10.0, 40.0):
+        f = flight(vehicle, seconds=length)
+        trials = []
+        for _ in range(3):
+            start = time.process_time()
+            model.predict(f)
+            trials.append(time.process_time() - start)
+        seconds.append(min(trials))
+    assert seconds[1] < 8 * seconds[0]
+
+
+def test_a_model_file_comes_back_as_it_was_written(tmp_path):
+    vehicle = load_vehicle(OMAV)
+    effects = [
+        effect_class("com_offset")(r=[0.008, -0.005, 0.01]),
+        effect_class("rotor_effectiveness")(rotor=3, factor=0.8),
+        effect_class("rotor_effectiveness")(rotor=5, factor=0.9),
+        effect_class("servo_bias")(bias=[0.01] * 6),
+    ]
+    origin = Provenance(
+        version="0.1.0",
+        parent=FileReference(path="omav.yaml", sha256="0" * 64),
+        flights=(FileReference(path="a.parquet", sha256="1" * 64),),
+        error={"before": {"fx": 1.0}, "after": {"fx": 0.5}},
+    )
+    errors = [{"r": [1e-4, 1e-4, 2e-4]}, {"factor": 0.01}, {"factor": 0.01}, {"bias": [1e-3] * 6}]
+    path = tmp_path / "new.yaml"
+    save_model(Model(vehicle, effects), path, standard_errors=errors, provenance=origin)
+    model, file = read_model(path)
+    assert model.vehicle == vehicle
+    assert [e.values for e in model.effects] == [e.values for e in effects]
+    assert [e.standard_errors for e in file.effects] == errors
+    assert file.provenance == origin
+    f = flight(vehicle)
+    np.testing.assert_array_equal(
+        load_model(path).predict(f).specific_force, Model(vehicle, effects).predict(f).specific_force
+    )
+    assert [p.name for p in tmp_path.iterdir()] == ["new.yaml"]
+
+
+def test_a_model_file_may_name_its_vehicle_beside_it(tmp_path):
+    (tmp_path / "v.yaml").write_text(QUADROTOR.read_text())
+    path = tmp_path / "m.yaml"
+    path.write_text("vehicle: v.yaml\neffects:\n- {name: thrust_scale, parameters: {factor: 0.9}}\n")
+    assert load_model(path).effects[0].factor == 0.9
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("vehicle: v.yaml\neffect: []\n", "effect: unknown key"),
+        ("vehicle: v.yaml\neffects: [{name: thrust_scal}]\n", "thrust_scale"),
+        ("vehicle: v.yaml\neffects: [{name: thrust_scale, parameters: {fctor: 1}}]\n", "unknown parameter fctor"),
+        ("vehicle: v.yaml\neffects: [{name: com_offset, parameters: {r: [1, 2]}}]\n", "3 finite numbers"),
+        ("vehicle: v.yaml\neffects: [{name: mass_offset, parameters: {dm: high}}]\n", "parameters.dm"),
+        ("vehicle: v.yaml\nprovenance: {parent: {path: x, sha256: short}}\n", "sha256"),
+        ("vehicle: nowhere.yaml\n", "nowhere.yaml"),
+        ("vehicle: {name: x, mass: -1, rotors: []}\n", "mass"),
+        ("vehicle: [\n", "cannot be read"),
+        ("[]\n", "holds list"),
+    ],
+)
+def test_a_broken_model_file_is_refused_in_one_line(tmp_path, text, word):
+    (tmp_path / "v.yaml").write_text(QUADROTOR.read_text())
+    path = tmp_path / "m.yaml"
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        load_model(path)
+    assert word in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_an_impossible_body_is_refused():
+    vehicle = load_vehicle(QUADROTOR)
+    f = flight(vehicle)
+    for effect, word in (
+        (effect_class("mass_offset")(dm=-1.0), "mass"),
+        (effect_class("inertia_error")(dxx=-0.01), "inertia"),
+    ):
+        with pytest.raises(InputError, match=word):
+            Model(vehicle, [effect]).predict(f)

@@ -1,0 +1,88 @@
+"""Commands and outputs in README and pages: what they show is what the commands print."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from writers_ulog import write_ulog
+
+from infotraj.examples.pages import difference, rewritten, run_page
+from infotraj.flight import Flight, read_flight
+
+TOP = Path(__file__).parents[2]
+PAGES = ("README.md", "docs/tutorial.md", "docs/commands.md", "docs/python.md")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", PAGES)
+def test_what_a_page_shows_is_what_its_commands_print(name):
+    blocks = run_page((TOP / name).read_text())
+    assert blocks
+    for block in blocks:
+        changed = difference(block.said, block.now)
+        assert changed is None, f"{block.commands}: {changed}\n    python -m infotraj.examples.pages {name}"
+
+
+def test_every_page_with_an_output_is_among_those_that_are_run():
+    shown = {
+        str(p.relative_to(TOP))
+        for p in (TOP / "README.md", *(TOP / "docs").glob("*.md"))
+        if "\n```text\n" in p.read_text()
+    }
+    assert shown == set(PAGES)
+
+
+def test_a_page_is_run_in_its_order_in_one_folder_and_rewritten():
+    first = "a\n```sh\necho one > f\nls examples/quad/vehicle.yaml\n```\n```text\nold\n```\n"
+    alone = "b\n```sh\nrm f\n```\nthat one has no output below it and is not run\n"
+    page = first + alone + "```sh\ncat f; false\n```\n```text\n```\nc\n"
+    text = rewritten(page, run_page(page))
+    assert "```text\nexamples/quad/vehicle.yaml\n```\nb" in text
+    assert "```text\none\n```\nc" in text
+    assert rewritten(text, run_page(text)) == text
+
+
+@pytest.mark.parametrize(
+    ("now", "alike"),
+    [
+        ("rise 4.7e+05, rotor=3 not 0.001", True),
+        ("not rise 4.68e+05, rotor=3 0.004", True),  # the order of words, and what is nearly nothing
+        ("rise 4.68e+05, rotor=2 not 0.001", False),
+        ("rise 9.0e+05, rotor=3 not 0.001", False),
+        ("rise 4.68e+05, tilt=3 not 0.001", False),
+        ("rise 4.68e+05, rotor=3 not 0.001\nmore", False),
+    ],
+)
+def test_pages_may_differ_in_digits_and_not_in_words(now, alike):
+    assert (difference("rise 4.68e+05, rotor=3 not 0.001", now) is None) == alike
+
+
+def px4_log(flight, path):
+    """A shipped flight as a ULog of PX4: throttles in the place of speeds (of 2200 rad/s), a battery."""
+    table = flight.table.copy()
+    for k in range(4):
+        table[f"cmd_rotor_{k}"] /= 2200.0
+    for axis in "xyz":
+        table[f"v{axis}"] = np.gradient(table[f"p{axis}"], table["t"])
+    write_ulog(Flight(table.assign(battery=15.2)), path)
+
+
+@pytest.mark.long
+def test_every_command_of_the_page_on_ulogs_runs_in_its_order(tmp_path):
+    for k in range(3):
+        px4_log(read_flight(TOP / f"examples/quad/flight_{k}.parquet"), tmp_path / f"log_{k + 1}.ulg")
+    text = (TOP / "docs/my_ulog.md").read_text()
+    said = {}
+    for block in re.findall(r"^```sh\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
+        for command in block.splitlines():
+            front = f'infotraj() {{ "{sys.executable}" -m infotraj.cli "$@"; }}\n'
+            done = subprocess.run(["bash", "-c", front + command], cwd=tmp_path, capture_output=True, text=True)
+            assert done.returncode == 0, f"{command}\n{done.stdout}{done.stderr}"
+            said[" ".join(command.split()[:3])] = done.stdout
+    assert said["infotraj doctor mine.yaml"].count("nothing stands in the way") == 3
+    # The file is made of guesses, and the weak rotor is in all flights: both are told, as the page says.
+    answer = said["infotraj diagnose mine.yaml"].splitlines()[-1]
+    assert f"`{answer}`" in " ".join(text.split())

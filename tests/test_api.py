@@ -1,0 +1,61 @@
+"""The commands from Python: the same door, the same answers, and nothing loaded before it is needed."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+import infotraj
+from infotraj.comparing.command import compare_command
+from infotraj.errors import InputError
+from infotraj.flight import Flight
+
+QUAD = Path(__file__).parents[1] / "examples" / "quad"
+FLIGHT = QUAD / "healthy" / "flight_0.parquet"
+
+
+def test_importing_the_package_loads_nothing():
+    code = (
+        "import sys, infotraj; assert {'diagnose', 'compare'} <= set(dir(infotraj)); "
+        "heavy = {'numpy', 'pandas', 'scipy', 'numba', 'click'} & set(sys.modules); assert not heavy, heavy"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+    with pytest.raises(AttributeError, match="frobnicate"):
+        infotraj.frobnicate  # noqa: B018
+
+
+def test_an_answer_prints_what_the_command_prints():
+    done = CliRunner().invoke(compare_command, [str(QUAD / "vehicle.yaml"), str(FLIGHT), "-q"])
+    assert done.exit_code == 0, done.output
+    made = infotraj.compare(QUAD / "vehicle.yaml", FLIGHT)
+    assert str(made) == repr(made)
+    assert [line.split(":")[-1] for line in str(made).splitlines()] == [
+        line.split(":")[-1] for line in done.stdout.splitlines()
+    ]
+
+
+def test_a_flight_in_memory_counts_as_its_file():
+    flight = infotraj.read_flight(FLIGHT)
+    model = infotraj.load_model(QUAD / "vehicle.yaml")
+    one, other = infotraj.compare(model, [flight]), infotraj.compare(QUAD / "vehicle.yaml", str(FLIGHT))
+    assert one.as_dict() == other.as_dict()
+    where = infotraj.locate(model, flight, reference=FLIGHT)
+    assert where.healthy is not None
+    assert str(where).startswith(("where it fails", "no place"))
+
+
+def test_what_check_rejects_is_an_error_here_too():
+    flight = infotraj.read_flight(FLIGHT)
+    table = flight.table.copy()
+    table[["wx", "wy", "wz"]] *= 57.3
+    with pytest.raises(InputError, match=r"rate_unit|passes infotraj check"):
+        infotraj.diagnose(QUAD / "vehicle.yaml", Flight(table, dict(flight.meta)))
+
+
+@pytest.mark.parametrize(("flights", "said"), [([], "no flight"), ([3], "type int")])
+def test_what_is_no_flight_is_one_line(flights, said):
+    with pytest.raises(InputError, match=said) as error:
+        infotraj.compare(QUAD / "vehicle.yaml", flights)
+    assert "\n" not in str(error.value)

@@ -1,0 +1,72 @@
+"""Progress: time left on a terminal, nothing anywhere else."""
+
+import io
+from types import SimpleNamespace
+
+import click
+import pytest
+
+from infotraj import progress as module
+from infotraj.progress import progress
+
+
+@pytest.fixture
+def terminal(monkeypatch):
+    """A terminal and its clock; `said` is what was written to it."""
+    screen = io.StringIO()
+    screen.isatty = lambda: True
+    made = SimpleNamespace(now=0.0, said=screen.getvalue)
+    monkeypatch.setattr(module, "sys", SimpleNamespace(stderr=screen))
+    monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: made.now))
+    return made
+
+
+def run(clock, count, label="check", step=3.0):
+    for _ in progress(range(count), label):
+        clock.now += step
+
+
+def test_a_terminal_is_told_how_long_it_will_take_and_left_clean(terminal):
+    run(terminal, 4)
+    said = terminal.said()
+    lines = [line.strip() for line in said.split("\r") if line.strip()]
+    assert lines == ["check 2 of 4, 9 s left", "check 3 of 4, 6 s left", "check 4 of 4, 3 s left"]
+    assert said.endswith("\r")
+    assert "\n" not in said
+    assert "\x1b" not in said
+    assert max(map(len, said.split("\r"))) < 80
+
+
+def test_long_waits_are_told_in_minutes_and_long_labels_are_cut(terminal):
+    run(terminal, 3, label="x" * 100, step=300.0)
+    assert max(map(len, terminal.said().split("\r"))) < 80
+    run(terminal, 3, step=300.0)
+    assert "2 of 3, 10 min left" in terminal.said()
+
+
+def test_what_is_quick_or_asked_to_be_quiet_says_nothing(terminal):
+    run(terminal, 10, step=0.1)
+    with click.Context(click.Command("any")) as context:
+        context.params["quiet"] = True
+        run(terminal, 4)
+    assert terminal.said() == ""
+
+
+def test_a_pipe_hears_nothing(monkeypatch, capsys):
+    monkeypatch.setattr(module, "_QUICK", -1.0)
+    assert list(progress(range(3), "check")) == [0, 1, 2]
+    assert list(progress(iter([1, 2]), "check")) == [1, 2]
+    assert capsys.readouterr().err == ""
+
+
+def three_of(clock):
+    for k in progress(range(5), "check"):
+        clock.now += 3.0
+        if k == 2:
+            raise ValueError("third")
+
+
+def test_an_error_passes_through(terminal):
+    with pytest.raises(ValueError, match="third"):
+        three_of(terminal)
+    assert "check 3 of 5" in terminal.said()

@@ -1,9 +1,0 @@
-"""The reference of a round, chosen by our cost or by the paper's."""
-
-from infotraj.experiment.choosing import choose
-from infotraj.experiment.job import job
-
-with job(snakemake.log[0], snakemake.params.settings) as settings:
-    run = snakemake.wildcards.plant, int(snakemake.wildcards.seed), int(snakemake.wildcards.round)
-    inputs = {"task": snakemake.input.task, "model": snakemake.input.model}
-    choose(settings, *run, snakemake.wildcards.source, **inputs, **dict(snakemake.output.items()))

@@ -1,7 +1,0 @@
-"""The closed loop over all cases and seeds."""
-
-from infotraj.experiment.closed_loop_summary import summarise
-from infotraj.experiment.job import job
-
-with job(snakemake.log[0]):
-    summarise(**dict(snakemake.input.items()), **dict(snakemake.output.items()))

@@ -1,8 +1,0 @@
-"""One figure: the rule's named inputs and outputs are the function's arguments."""
-
-from infotraj.experiment import figures
-from infotraj.experiment.job import job
-
-with job(snakemake.log[0]):
-    draw = getattr(figures, snakemake.params.function)
-    draw(**dict(snakemake.input.items()), **dict(snakemake.output.items()))

@@ -1,7 +1,0 @@
-"""Tables of single jobs below each other."""
-
-from infotraj.experiment.job import job
-from infotraj.experiment.tables import gather
-
-with job(snakemake.log[0]):
-    gather(tables=snakemake.input.tables, table=snakemake.output.table)

@@ -1,9 +1,0 @@
-"""What today's ways name in the flights of one batch; nothing here knows what is hidden."""
-
-from pathlib import Path
-
-from infotraj.experiment.hidden_today import name_batch
-from infotraj.experiment.job import job
-
-with job(snakemake.log[0]):
-    name_batch(flights=Path(snakemake.input.flights), named=Path(snakemake.output.named))

@@ -1,9 +1,0 @@
-"""All cases of real flights side by side: what is known, what was answered, what cannot be."""
-
-from infotraj.experiment.job import job
-from infotraj.experiment.real_table import write_real_table
-
-with job(snakemake.log[0], snakemake.params.settings) as settings:
-    asked, outputs = settings.real_table, dict(snakemake.output.items())
-    answers, where = snakemake.input.answers, settings.data_dir
-    write_real_table(cases=asked.cases, only=asked.only, data_dir=where, answers=answers, **outputs)

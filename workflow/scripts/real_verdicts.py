@@ -1,7 +1,0 @@
-"""The diagnoses of all public data sets side by side."""
-
-from infotraj.experiment.job import job
-from infotraj.experiment.real_verdicts import summarise_diagnoses
-
-with job(snakemake.log[0]):
-    summarise_diagnoses(**dict(snakemake.input.items()), **dict(snakemake.output.items()))
