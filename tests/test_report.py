@@ -80,7 +80,7 @@ def test_numbers_have_the_digits_that_mean_something(value, text):
 def test_a_change_to_nearly_nothing_keeps_what_is_left():
     assert change(-0.72) == "−72\u00a0%"
     assert change(-0.9997) == "−99.97\u00a0%"
-    assert change(0.031) == "+3\u00a0%"
+    assert change(0.031) == "+3.1\u00a0%"
 
 
 def test_a_number_of_an_effect_has_as_many_digits_as_its_error():

@@ -16,7 +16,8 @@ from infotraj.report.traces import flight_traces
 
 AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 SECTIONS = ("verdict", "data", "where", "missing", "falls", "leftover", "next", "provenance")
-LINE = "[...infotraj.model('series-{axis}').data.{line}]"
+LINE = "(f => [...infotraj.model('series-{axis}').data.{line}].map(x => isFinite(x) ? x / f : null))"
+LINE += "(infotraj.model('trace-{axis}').tags[0])"  # drawn in mN, told in N
 
 
 class Opened:
@@ -36,7 +37,7 @@ class Opened:
 
     def line(self, axis, line):
         """A series as it is drawn, NaN where there is none."""
-        numbers = self.tab.evaluate(LINE.format(axis=axis, line=line) + ".map(x => isFinite(x) ? x : null)")
+        numbers = self.tab.evaluate(LINE.format(axis=axis, line=line))
         return np.array([np.nan if x is None else x for x in numbers])
 
     def bar(self, axis):

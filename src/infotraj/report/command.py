@@ -80,6 +80,7 @@ def report_command(
     from infotraj.diagnosis.report.summary import sentence
     from infotraj.report.content import gathered
 
+    _say(quiet, "reading and checking the flights")
     asked = ask(
         model,
         flights,
@@ -96,7 +97,7 @@ def report_command(
     _say(quiet, f"diagnosing {len(used)} flights, {sum(len(f.t) for f in used)} rows")
     found = asked.answer(matters=matters, seed=seed)
     saved = save_model if save_model is not None and asked.save(found, save_model) else None
-    _say(quiet, "computing the error of every combination of effects")
+    _say(quiet, "computing where it fails, and the error of every combination of effects")
     words = ["infotraj", "report", *sys.argv[2:]] if sys.argv[1:2] == ["report"] else ["infotraj", "report"]
     content = gathered(asked, found, seed=seed, matters=matters, saved=saved, command=words)
     if json_file is not None:

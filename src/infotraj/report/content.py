@@ -82,7 +82,7 @@ def gathered(
 def _names(paths: Sequence[str]) -> list[str]:
     """Short names of files, longer where two are alike."""
     for parts in range(1, 1 + max(len(Path(p).parts) for p in paths)):
-        names = ["/".join(Path(p).parts[-parts:]) for p in paths]
+        names = ["/".join(Path(p).with_suffix("").parts[-parts:]) for p in paths]
         if len(set(names)) == len(names):
             return names
     return [f"{k}: {p}" for k, p in enumerate(paths)]

@@ -20,6 +20,7 @@ from infotraj.report.series import packed
 from infotraj.rotations import Array
 
 MOST_PLACES = 6
+MOST_POINTS = 1200  # of a place that are drawn; its mean and RMS are of all
 
 
 def heat(found: Combinations, names: Sequence[str]) -> dict[str, Any]:
@@ -100,6 +101,7 @@ def _place(place: Place, located: Located, healthy: str | None) -> dict[str, Any
     samples = next(f.samples for f in located.found if place.axis in f.samples.axes)
     x, y = place.quantity.values, samples.residual[:, samples.axes.index(place.axis)]
     middle, mean, rms = by_range(x, y)
+    every = -(-len(x) // MOST_POINTS)
     low, high = (float(v) for v in np.percentile(x, [0.3, 99.7]))
     real = place.region is not None and place.region.low > 1.0
     return {
@@ -111,8 +113,9 @@ def _place(place: Place, located: Located, healthy: str | None) -> dict[str, Any
         "healthy": healthy,
         "floor": place.floor,
         "explained": place.explained,
-        "x": packed(x),
-        "y": packed(y),
+        "every": every,
+        "x": packed(x[::every]),
+        "y": packed(y[::every]),
         "middle": packed(middle),
         "mean": packed(mean),
         "rms": packed(rms),

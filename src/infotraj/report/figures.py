@@ -10,11 +10,12 @@ from pathlib import Path
 from typing import Any
 
 import bokeh
+import numpy as np
 from bokeh.document import Document
 from bokeh.models import BoxAnnotation, ColumnDataSource, Range1d, Span
 from bokeh.plotting import figure
 
-from infotraj.report.formats import plain_unit
+from infotraj.report.formats import plain_unit, prefixed
 from infotraj.report.series import unpacked
 
 _JAVASCRIPT = Path(bokeh.__file__).parent / "server/static/js/bokeh.min.js"
@@ -47,11 +48,14 @@ def _traces(content: dict[str, Any]) -> list[figure]:
         fig = _figure(f"trace-{axis}", 150, "xbox_zoom", x_range=shared)
         fig.window_axis = "x"
         fig.y_range.only_visible = True
-        fig.yaxis.axis_label = f"{axis} [{plain_unit(content['unit'][axis])}]"
+        factor, unit = _scale(content, axis)
+        fig.yaxis.axis_label = f"{axis} [{unit}]"
+        fig.tags = [factor]
         fig.xaxis.axis_label = "t [s]"
         source = ColumnDataSource({"t": [0.0, 1.0], **{name: [0.0, 0.0] for name in _SERIES}}, name=f"series-{axis}")
         floor = content["fall"]["floor"][axis]
         if floor is not None:
+            floor *= factor
             fig.add_layout(
                 BoxAnnotation(bottom=-2 * floor, top=2 * floor, tags=["band"], line_color=None, visible=False)
             )
@@ -63,25 +67,37 @@ def _traces(content: dict[str, Any]) -> list[figure]:
     return drawn
 
 
+def _scale(content: dict[str, Any], axis: str) -> tuple[float, str]:
+    """The factor and the unit in which an axis is drawn."""
+    measured = [np.abs(unpacked(f["axes"][axis]["measured"])) for f in content["traces"]["flights"]]
+    return prefixed(content["unit"][axis], float(np.nanmax([np.nanmax(m, initial=0.0) for m in measured])))
+
+
 def _places(content: dict[str, Any]) -> list[figure]:
     """The residual against the quantity that names a place, with the band in which nothing is left to explain."""
     drawn = []
     for k, place in enumerate(content["places"]):
         fig = _figure(f"place-{k}", 230, "")
         fig.x_range = Range1d(place["low"], place["high"])
-        fig.y_range = Range1d(-place["reach"], place["reach"])
+        factor, unit = prefixed(place["unit"], place["reach"])
+        fig.y_range = Range1d(-factor * place["reach"], factor * place["reach"])
         fig.xaxis.axis_label = f"{place['quantity']} [{plain_unit(place['quantity_unit'])}]"
-        fig.yaxis.axis_label = f"{place['axis']} residual [{plain_unit(place['unit'])}]"
+        fig.yaxis.axis_label = f"{place['axis']} residual [{unit}]"
         for left, right in place["spans"]:
             fig.add_layout(BoxAnnotation(left=left, right=right, tags=["place"], line_color=None, level="underlay"))
         fig.add_layout(
             BoxAnnotation(
-                bottom=-2 * place["floor"], top=2 * place["floor"], tags=["band"], line_color=None, level="underlay"
+                bottom=-2 * factor * place["floor"],
+                top=2 * factor * place["floor"],
+                tags=["band"],
+                line_color=None,
+                level="underlay",
             )
         )
-        rows = ColumnDataSource({"x": unpacked(place["x"]), "y": unpacked(place["y"])})
+        rows = ColumnDataSource({"x": unpacked(place["x"]), "y": factor * unpacked(place["y"])})
         fig.scatter("x", "y", source=rows, size=2.5, fill_alpha=0.35, line_color=None).tags = ["point"]
-        ranges = ColumnDataSource({key: unpacked(place[key]) for key in ("middle", "mean", "rms")})
+        heights = {key: factor * unpacked(place[key]) for key in ("mean", "rms")}
+        ranges = ColumnDataSource({"middle": unpacked(place["middle"]), **heights})
         fig.line("middle", "rms", source=ranges, line_width=1.8, line_dash="dashed").tags = ["given"]
         fig.line("middle", "mean", source=ranges, line_width=2.2).tags = ["ticked"]
         fig.scatter("middle", "mean", source=ranges, size=5, line_color=None).tags = ["ticked"]

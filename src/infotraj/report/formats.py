@@ -44,6 +44,14 @@ def prefixed(unit: str, largest: float) -> tuple[float, str]:
     return factor, prefix + plain_unit(unit)
 
 
+def measure(value: float | None, unit: str) -> str:
+    """A number with its unit, prefixed."""
+    if value is None:
+        return "–"
+    factor, name = prefixed(unit, abs(value))
+    return f"{significant(factor * value)}\u00a0{name}"
+
+
 def significant(value: float | None, digits: int = 3) -> str:
     """A number with so many digits; a dash for none."""
     if value is None:
@@ -70,7 +78,9 @@ def change(value: float | None) -> str:
     if value is None:
         return "–"
     left = 1.0 + value
-    digits = 4 if left <= 1e-6 else max(0, min(4, -math.floor(math.log10(100 * left)))) if left < 0.1 else 0
+    digits = int(abs(value) < 0.1)
+    if left < 0.1:
+        digits = 4 if left <= 1e-6 else max(0, min(4, -math.floor(math.log10(100 * left))))
     return f"{100 * value:+.{digits}f}\u00a0%".replace("-", "−")
 
 

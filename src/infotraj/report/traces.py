@@ -14,7 +14,7 @@ from infotraj.report.series import packed, reduced
 from infotraj.rotations import Array
 
 BUDGET = 7_000_000  # characters that all series of a page may take
-FEWEST, MOST = 300, 4000  # points a series
+FEWEST, MOST = 300, 2400  # points a series
 _CLOSE = 0.5  # of the budget: the windows that stand out, in full
 AROUND = 2.0  # s before and after a window
 _LONGEST = 20.0  # s of a window that are shown in full

@@ -71,9 +71,10 @@
   function drawSeries() {
     const shown = part(), t = numbers(shown.t);
     for (const axis of axes) {
-      const own = shown.axes[axis], measured = numbers(own.measured);
-      const given = numbers(own.model[0]), ticked = numbers(own.model[state.mask]);
-      const left = (k) => own.left ? numbers(own.left[k]) : minus(measured, numbers(own.model[k]));
+      const own = shown.axes[axis], factor = named(`trace-${axis}`).tags[0];
+      const drawn = (text) => numbers(text).map((x) => factor * x);
+      const measured = drawn(own.measured), given = drawn(own.model[0]), ticked = drawn(own.model[state.mask]);
+      const left = (k) => own.left ? drawn(own.left[k]) : minus(measured, drawn(own.model[k]));
       named(`series-${axis}`).data = {t, measured, given, ticked, left_given: left(0), left_ticked: left(state.mask)};
     }
     byId("bucket").textContent = shown.bucket === null ? "" :
