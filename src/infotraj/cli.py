@@ -23,6 +23,7 @@ COMMANDS = {
     "add": ("infotraj.diagnosis.report.command:add_command", "Add effects to a model, fitted to flights."),
     "history": ("infotraj.diagnosis.report.command:history_command", "How the error fell, version by version."),
     "report": ("infotraj.report.command:report_command", "A diagnosis as one HTML page."),
+    "app": ("infotraj.app.command:app_command", "The same in a browser: a local web app."),
     "design": ("infotraj.design.command:design_command", "The flight that tells most next."),
     "effects": ("infotraj.effects.command:effects_command", "The catalogue of physical effects."),
     "vehicle": (
