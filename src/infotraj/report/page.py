@@ -38,7 +38,7 @@ def write_page(content: dict[str, Any], path: Path) -> None:
 def page(content: dict[str, Any]) -> str:
     """The page as HTML text. content: what `content.gathered` made."""
     environment = Environment(
-        loader=FunctionLoader(_asset), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+        loader=FunctionLoader(asset), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     environment.filters |= {"sig": significant, "signed": signed, "percent": percent, "change": change}
     environment.filters |= {"unit": plain_unit, "measure": measure}
@@ -57,8 +57,8 @@ def page(content: dict[str, Any]) -> str:
         figures=_safe(figures(content)),
         data=_safe(json.dumps({key: content[key] for key in ("traces", "fall", "windows", "unit")} | _names(content))),
         bokeh=javascript(),
-        css=_asset("page.css"),
-        js=_asset("page.js"),
+        css=asset("page.css"),
+        js=asset("page.js"),
     )
 
 
@@ -83,5 +83,6 @@ def _safe(text: str) -> str:
     return text.replace("<", "\\u003c")
 
 
-def _asset(name: str) -> str:
+def asset(name: str) -> str:
+    """The text of a file that ships with the page."""
     return (files("infotraj.report") / "assets" / name).read_text(encoding="utf-8")
