@@ -3,8 +3,10 @@
 import http.client
 import json
 import os
+import re
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -31,6 +33,7 @@ class Server:
         self.address = self.process.stdout.readline().strip()
         self.port = urlsplit(self.address).port
         self.origin = f"http://127.0.0.1:{self.port}"
+        self.viewer = None  # port of the recording that it serves
 
     def ask(self, method, path, body=None, **headers):
         """Status, headers and body of one request; headers as they are given, `Host` and `Origin` too."""
@@ -78,6 +81,9 @@ class Server:
         self.process.send_signal(signal.SIGTERM)
         said = self.process.communicate(timeout=20)[1]
         assert "Traceback" not in said, said
+        if self.viewer is not None:  # what it started has ended with it
+            with pytest.raises(ConnectionRefusedError):
+                socket.create_connection(("127.0.0.1", self.viewer), timeout=5)
 
 
 @pytest.fixture
@@ -147,6 +153,21 @@ def test_the_whole_way_from_a_dropped_log_to_a_saved_model(server, chromium, tmp
     with tab.expect_download() as download:
         tab.locator("#download").click()
     assert "Missing: rotor_effectiveness." in Path(download.value.path()).read_text()
+    # The recording is served by rerun's viewer, on this machine, under a policy that lets it ask no other.
+    tab.locator("#record").click()
+    tab.locator("#viewer:not([hidden])").wait_for(timeout=60000)
+    page = tab.url.removeprefix(server.address.rstrip("/")) + "viewer/"
+    for _ in range(100):
+        status, headers, body = server.ask("GET", page)
+        if status == 200:
+            break
+        time.sleep(0.1)
+    assert b"re_viewer.js" in body
+    allowed = re.search("connect-src ([^;]*);", headers["Content-Security-Policy"])[1].split()
+    assert allowed[0] == "'self'"
+    assert [urlsplit(a).hostname for a in allowed[1:]] == ["127.0.0.1"]
+    assert server.ask("GET", page + "other.js")[0] == 404
+    server.viewer = urlsplit(allowed[1]).port
     assert complaints == []
     outside = [u for u in asked if not u.startswith((server.address, "data:", "blob:"))]
     assert outside == []

@@ -12,11 +12,13 @@ from pathlib import Path
 from typing import Any
 
 import click
+import tornado.httpclient
 import tornado.httpserver
 import tornado.netutil
 import tornado.web
 
 from infotraj.app.folder import FLIGHTS, LOGS, MODELS, Folder, open_folder, safe_name
+from infotraj.app.viewer import PARTS
 from infotraj.app.window import Window
 from infotraj.errors import InfotrajError, UsageError, problem
 
@@ -226,6 +228,25 @@ class Report(Handler):
         self.finish(page.read_bytes())
 
 
+class View(Handler):
+    """A part of rerun's viewer, handed on with the policy of this window's recording."""
+
+    async def get(self, key: str, name: str) -> None:
+        viewer = self.window(key).viewer
+        if viewer is None or not viewer.running or name not in PARTS:
+            raise tornado.web.HTTPError(404)
+        try:
+            client = tornado.httpclient.AsyncHTTPClient()
+            found = await client.fetch(viewer.source + name, request_timeout=60.0)
+        except (OSError, tornado.httpclient.HTTPError) as error:
+            raise tornado.web.HTTPError(404) from error
+        self.set_header("Content-Security-Policy", viewer.policy)
+        self.set_header("Content-Type", found.headers.get("Content-Type", "application/octet-stream"))
+        if "rerun-final-length" in found.headers:
+            self.set_header("rerun-final-length", found.headers["rerun-final-length"])
+        self.finish(found.body)
+
+
 def handlers(app: App) -> tornado.web.Application:
     """Every address that there is."""
     own = {"app": app}
@@ -237,6 +258,7 @@ def handlers(app: App) -> tornado.web.Application:
             (key + r"/state", State, own),
             (key + r"/report", Report, own),
             (key + r"/upload", Upload, own),
+            (key + r"/viewer/([A-Za-z0-9_.-]*)", View, own),
             (key + r"/(check|diagnose|save|record|cancel)", Action, own),
         ],
         default_handler_class=_Nothing,

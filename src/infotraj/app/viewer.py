@@ -1,4 +1,4 @@
-"""Rerun's own web viewer, served on this machine for one recording."""
+"""Rerun's own web viewer for one recording, handed on with a policy under which it asks no other machine."""
 
 from __future__ import annotations
 
@@ -12,9 +12,12 @@ from pathlib import Path
 
 from infotraj.errors import InfotrajError, problem
 
+PARTS = ("", "favicon.ico", "apple-touch-icon.png", "re_viewer.js", "re_viewer_bg.wasm")
+
 
 class Viewer:
-    """A running viewer of one recording; `address`: where a browser finds it."""
+    """A running viewer of one recording. source: where its parts are; address: of the page, below the window's own;
+    policy: what that page may load, its parts and the recording alone."""
 
     def __init__(self, recording: Path) -> None:
         rerun = shutil.which("rerun", path=str(Path(sys.executable).parent)) or shutil.which("rerun")
@@ -29,7 +32,13 @@ class Viewer:
             stderr=subprocess.DEVNULL,
             start_new_session=True,
         )
-        self.address = f"http://127.0.0.1:{page}/?url=rerun%2Bhttp%3A%2F%2F127.0.0.1%3A{data}%2Fproxy"
+        self.source = f"http://127.0.0.1:{page}/"
+        self.address = f"viewer/?url=rerun%2Bhttp%3A%2F%2F127.0.0.1%3A{data}%2Fproxy&renderer=webgl"
+        self.policy = (
+            "default-src 'none'; script-src 'self' 'unsafe-inline' 'wasm-unsafe-eval'; style-src 'unsafe-inline'; "
+            f"connect-src 'self' http://127.0.0.1:{data}; img-src 'self' data: blob:; worker-src blob:; "
+            "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+        )
 
     @property
     def running(self) -> bool:

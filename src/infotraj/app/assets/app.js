@@ -98,7 +98,7 @@
     byId("answer").hidden = !state.answer;
     byId("note").textContent = state.note;
     byId("viewer").hidden = !state.viewer;
-    if (state.viewer) byId("viewer").href = state.viewer + "&renderer=webgl";
+    if (state.viewer) byId("viewer").href = state.viewer;
     const mark = state.answer ? state.answer.number : null;
     if (state.answer && mark !== answered) {
       byId("summary").textContent = state.answer.summary;
