@@ -190,3 +190,19 @@ def test_either_flights_or_a_file_are_asked_for(words, tmp_path):
     assert done.returncode == 2
     assert "Traceback" not in done.stderr
     assert list(Path(tmp_path).iterdir()) == []
+
+
+def test_flights_without_a_measured_wrench_and_without_an_answer_have_a_page_too(content):
+    """Poses alone are judged by the pose; flights that nothing can be judged on get their reason once."""
+    bare = json.loads(json.dumps(content))
+    bare["traces"] = {"axes": [], "flights": [{"t": "", "bucket": None, "axes": {}}] * 3, "windows": []}
+    bare["fall"] |= {"axes": [], "boxes": content["fall"]["boxes"]}
+    bare |= {"places": [], "windows": [], "offsets": [], "leftover": []}
+    bare["heat"]["rows"] = []
+    text = page(bare)
+    assert "no measured wrench to draw" in text
+    assert 'data-bit="0"' not in text
+    assert 'data-bit="0"' in page(content)
+    refused = json.loads(json.dumps(content))
+    refused["answer"]["axes"] = {a: {"judged": False, "reason": "they hover", "coherence": None} for a in AXES}
+    assert "Anything about fx, fy, fz, tx, ty, tz: they hover." in page(refused)

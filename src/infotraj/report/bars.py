@@ -12,7 +12,7 @@ def gains(content: dict[str, Any]) -> list[dict[str, Any]]:
     fall = content["fall"]
     whole = len(fall["rmse"]) - 1
     rows = []
-    for bit, box in enumerate(fall["boxes"]):
+    for bit, box in enumerate(fall["boxes"] if fall["axes"] else []):
         without = whole ^ (1 << bit)
         axis = max(fall["axes"], key=lambda a: fall["rmse"][without][a] / max(fall["rmse"][whole][a], 1e-300))
         factor, unit = prefixed(content["unit"][axis], fall["rmse"][without][axis])
@@ -48,7 +48,7 @@ def panel(content: dict[str, Any], axis: str) -> dict[str, Any]:
         "floor_value": None if floor is None else factor * floor,
         "refused": fall["refused"].get(axis),
         "bars": bars,
-        "now": _bar("as ticked", len(fall["rmse"]) - 1, fall, axis, top, factor),
+        "now": [_bar("as ticked", len(fall["rmse"]) - 1, fall, axis, top, factor)] if fall["boxes"] else [],
     }
 
 

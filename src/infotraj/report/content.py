@@ -132,5 +132,7 @@ def _next(asked: Asked, found: Diagnosis, saved: Path | None) -> list[dict[str, 
     flight = flight_command(found, model)
     if flight is not None:
         rows.append(("Design the flight that tells what these could not", flight))
-    rows.append(("See the worst flight in three dimensions", f"infotraj compare {model} {named} --recording worst.rrd"))
+    if found.before.rows.any():  # else there is no measured wrench to show
+        see = f"infotraj compare {model} {named} --recording worst.rrd"
+        rows.append(("See the worst flight in three dimensions", see))
     return [{"why": why, "command": command} for why, command in rows]

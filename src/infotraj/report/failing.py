@@ -11,7 +11,7 @@ from infotraj.comparing.equation_error import AXES, EquationError
 from infotraj.comparing.statistics import statistics
 from infotraj.locating import sentences
 from infotraj.locating.healthy import Beside
-from infotraj.locating.lags import lags
+from infotraj.locating.lags import LONGEST, lags
 from infotraj.locating.locating import Located
 from infotraj.locating.places import Place
 from infotraj.locating.ranges import by_range, place_spans
@@ -20,6 +20,7 @@ from infotraj.report.series import packed
 from infotraj.rotations import Array
 
 MOST_PLACES = 6
+_MATTERS = 0.05  # share of the squared error
 MOST_POINTS = 1200  # of a place that are drawn; its mean and RMS are of all
 
 
@@ -69,8 +70,8 @@ def windows(located: Located, names: Sequence[str]) -> list[dict[str, Any]]:
 
 
 def offsets(located: Located) -> list[dict[str, Any]]:
-    """Axes that are off by the same everywhere."""
-    return [{"axis": axis, "bias": bias, "share": share} for axis, bias, share in located.offsets]
+    """Axes that are off by the same everywhere, where that is a part of their error that matters."""
+    return [{"axis": axis, "bias": bias, "share": share} for axis, bias, share in located.offsets if share > _MATTERS]
 
 
 def leftover(errors: Sequence[EquationError]) -> list[dict[str, Any]]:
@@ -88,8 +89,9 @@ def leftover(errors: Sequence[EquationError]) -> list[dict[str, Any]]:
                 "filter": k.filter,
                 "largest_auto": _largest(k.auto[beyond]),
                 "largest_cross": _largest(k.cross),
-                "delay": k.delay,
-                "standard_error": k.standard_error,
+                # Beyond the longest lag it is no delay: the prediction hardly changes there.
+                "delay": k.delay if abs(k.delay) < LONGEST else None,
+                "standard_error": k.standard_error if abs(k.delay) < LONGEST else None,
                 "share": k.share,
                 "late": k.late,
             }

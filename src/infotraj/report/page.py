@@ -51,6 +51,7 @@ def page(content: dict[str, Any]) -> str:
         quiet=[r for r in rows if r["verdict"] not in (*_CONFIDENT, "Plausible")],
         marks=_MARKS,
         gains=gains(content),
+        unjudged=_by_reason(content["answer"]["axes"]),
         panels=[panel(content, axis) for axis in content["fall"]["axes"]],
         numbers=lambda row, key="parameters": numbers(row, content["effects"].get(row["name"], {}), key),
         shade=shade,
@@ -68,6 +69,15 @@ def shade(value: float | None) -> str:
         return "none"
     limits = (1.2, 2.0, 4.0, 8.0, 16.0, 50.0)
     return str(sum(value >= x for x in limits))
+
+
+def _by_reason(axes: dict[str, Any]) -> dict[str, list[str]]:
+    """The axes that cannot be judged, by the reason."""
+    found: dict[str, list[str]] = {}
+    for axis, judged in axes.items():
+        if not judged["judged"]:
+            found.setdefault(judged["reason"], []).append(axis)
+    return found
 
 
 def _rank(row: dict[str, Any]) -> tuple[int, float]:

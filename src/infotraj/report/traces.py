@@ -42,6 +42,8 @@ def flight_traces(found: Combinations, paths: Sequence[str], windows: Sequence[T
 def _part(
     found: Combinations, flight: int, shown: Sequence[int], most: int, span: tuple[float, float] | None = None
 ) -> dict[str, Any]:
+    if not shown:
+        return {"t": packed(np.zeros(0)), "bucket": None, "axes": {}}
     t = found.made[0].errors[flight].t
     rows = np.arange(len(t))
     if span is not None:

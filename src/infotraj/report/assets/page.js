@@ -96,6 +96,7 @@
     for (const table of document.querySelectorAll("table.bars")) {
       const axis = table.dataset.axis, top = Number(table.dataset.top), factor = Number(table.dataset.factor);
       const at = (key) => fall[key][state.mask][axis], row = table.querySelector("tr.now");
+      if (!row) continue;
       row.dataset.value = at("rmse");
       row.querySelector(".fill").style.width = `${100 * at("rmse") / top}%`;
       const interval = row.querySelector(".interval");
