@@ -140,7 +140,10 @@ def test_in_the_dark_page_and_lines_change_and_paper_stays_white(chromium, quad_
     page.tab.emulate_media(media="print")
     page.tab.evaluate("dispatchEvent(new Event('beforeprint'))")
     assert page.tab.evaluate(color) == "rgb(255, 255, 255)"
-    assert page.tab.evaluate(line) == "#0072b2"
+    shown = "(p => [p.style.filter, p.getBoundingClientRect().width])(document.querySelector('[data-root=trace-tx]'))"
+    turned, width = page.tab.evaluate(shown)
+    assert turned.startswith("invert(1)")
+    assert width <= 700
     assert page.tab.locator("details:not([open])").count() == 0
     page.context.close()
 
@@ -185,7 +188,7 @@ def test_six_flights_of_ten_minutes_stay_small_and_quick(chromium, content, tmp_
     write_page(long, tmp_path / "long.html")
     assert (tmp_path / "long.html").stat().st_size < 10e6
     page = Opened(chromium, tmp_path / "long.html")
-    # Alone on two cores 2 s and 0.1 s (docs/report.md): these limits are for a machine that does other things, too.
+    # 2 s and 0.15 s of CPU time (docs/report.md): these limits are for a machine that does other things, too.
     assert page.seconds < 12.0
     zoom = """async () => { const begun = performance.now(); infotraj.moveTo(100, 200);
         for (let k = 0; k < 2; k++) await new Promise(r => requestAnimationFrame(() => setTimeout(r)));

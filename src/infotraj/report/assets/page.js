@@ -163,9 +163,18 @@
   addEventListener("beforeprint", () => {
     folded = [...document.querySelectorAll("details:not([open])")];
     for (const d of folded) d.open = true;
-    paint(drawn);
+    // A canvas keeps the width and the colours that it has on the screen: where paper is narrower it is made smaller,
+    // and what was drawn for the dark is turned to its negative with the same hues.
+    for (const plot of document.querySelectorAll(".plot")) {
+      const room = plot.closest(".three") ? 330 : 680;
+      plot.style.zoom = Math.min(1, room / Math.max(1, plot.clientWidth));
+      plot.style.filter = dark.matches ? "invert(1) hue-rotate(180deg)" : "";
+    }
   });
-  addEventListener("afterprint", () => { for (const d of folded) d.open = false; paint(drawn); });
+  addEventListener("afterprint", () => {
+    for (const plot of document.querySelectorAll(".plot")) plot.style.zoom = plot.style.filter = "";
+    for (const d of folded) d.open = false;
+  });
   await embed(0);
   const time = axes.length ? named(`trace-${axes[0]}`).x_range : null;
   // A finger that moves over a figure scrolls the page.
