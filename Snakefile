@@ -25,6 +25,8 @@ include: "workflow/rules/check_corpus.smk"
 include: "workflow/rules/recordings.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/publish.smk"
+include: "workflow/rules/index_names.smk"
+include: "workflow/rules/index.smk"
 
 
 rule all:

@@ -22,6 +22,8 @@ COMMANDS = {
     "diagnose": ("infotraj.diagnosis.report.command:diagnose_command", "Which physical effect a model lacks."),
     "add": ("infotraj.diagnosis.report.command:add_command", "Add effects to a model, fitted to flights."),
     "history": ("infotraj.diagnosis.report.command:history_command", "How the error fell, version by version."),
+    "report": ("infotraj.report.command:report_command", "A diagnosis as one HTML page."),
+    "app": ("infotraj.app.command:app_command", "The same in a browser: a local web app."),
     "design": ("infotraj.design.command:design_command", "The flight that tells most next."),
     "effects": ("infotraj.effects.command:effects_command", "The catalogue of physical effects."),
     "vehicle": (
@@ -34,7 +36,7 @@ COMMANDS = {
 
 
 # These compile what they compute with; what is compiled is kept beside the modules, or where NUMBA_CACHE_DIR says.
-_COMPUTING = {"doctor", "compare", "locate", "diagnose", "add"}
+_COMPUTING = {"doctor", "compare", "locate", "diagnose", "add", "report"}
 
 
 def _said_once(command: str | None) -> None:

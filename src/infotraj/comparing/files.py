@@ -17,6 +17,7 @@ from infotraj.checking.acceptance import accepting
 from infotraj.checking.admission import admitted as let_in
 from infotraj.checking.admission import checked, part
 from infotraj.checking.codes import known, unmet
+from infotraj.checking.whole import Check
 from infotraj.errors import InfotrajError, InputError, UsageError, problem
 from infotraj.flight import Flight, read_flight, stepped
 from infotraj.progress import progress
@@ -27,11 +28,16 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Admitted(Generic[T]):
-    """The flights that can be used, as they may be used, and what `use` made of each; codes: of all that was found."""
+    """The flights that can be used, as they may be used, and what `use` made of each; checks: of all that were read."""
 
     flights: list[Flight]
     found: list[T]
-    codes: list[str]
+    checks: list[Check]
+
+    @property
+    def codes(self) -> list[str]:
+        """Of all that was found."""
+        return [f.code for check in self.checks for f in check.findings]
 
 
 def admitted(
@@ -75,7 +81,7 @@ def admitted(
     if rejected and not (skip_rejected and flights):
         remedy = "Leave them out." if not flights else "Leave them out, or give --skip-rejected."
         raise InputError(problem(f"{rejected} of {len(paths)} flights rejected", "flights that can be used", remedy))
-    return Admitted(flights, found, [f.code for check in checks for f in check.findings])
+    return Admitted(flights, found, checks)
 
 
 def _named(error: InputError) -> int:

@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from infotraj.locating import sentences
 from infotraj.locating.locating import Located
 from infotraj.locating.places import ALPHA, LEAST_EXCESS, Found, Place
+from infotraj.locating.ranges import by_range, place_spans
 from infotraj.plots import residuals, style
 
 MOST_PLACES = 6
-BINS = 12
 
 
 def place_figures(located: Located, folder: str | Path) -> list[Path]:
@@ -99,19 +99,12 @@ def _residual_panel(axes: Axes, n: int, place: Place, found: Found) -> None:
     axes.axhspan(-2 * place.floor, 2 * place.floor, color=style.SKY, alpha=0.5, lw=0, zorder=1, label="±2 floor: noise")
     low, high = np.percentile(x, [0.3, 99.7])
     if place.region is not None and place.region.low > 1.0:
-        cut, side = place.region.threshold, place.region.side
-        spans = {"above": [(cut, high)], "below": [(low, cut)], "beyond": [(low, -cut), (cut, high)]}.get(side, [])
-        for k, (start, stop) in enumerate(s for s in spans if s[1] > s[0]):
+        for k, (start, stop) in enumerate(place_spans(place.region, low, high)):
             axes.axvspan(
                 start, stop, color=style.VERMILION, alpha=0.12, lw=0, zorder=0, label=None if k else "the place"
             )
     axes.plot(x, y, ".", color=style.GREY, ms=2, alpha=0.45, mew=0, zorder=2, label="samples")
-    edges = np.unique(np.quantile(x, np.linspace(0, 1, BINS + 1)))
-    slot = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, len(edges) - 2)
-    number = np.maximum(np.bincount(slot, minlength=len(edges) - 1), 1)
-    middle = np.bincount(slot, x, minlength=len(number)) / number
-    mean = np.bincount(slot, y, minlength=len(number)) / number
-    rms = np.sqrt(np.bincount(slot, y**2, minlength=len(number)) / number)
+    middle, mean, rms = by_range(x, y)
     axes.plot(middle, mean, "o-", color=style.BLUE, ms=2.5, lw=1.2, zorder=4, label="mean")
     axes.plot(middle, rms, "-", color=style.VERMILION, lw=1.0, zorder=3, label="RMS")
     axes.set_xlim(low, high)

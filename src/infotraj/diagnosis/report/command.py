@@ -3,18 +3,11 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
-from infotraj.errors import UsageError, problem
 from infotraj.options import Several, accept_option, command_steps_option
-
-if TYPE_CHECKING:
-    from infotraj.flight import Flight
-    from infotraj.models import Model
 
 _MODEL = click.argument("model", type=click.Path(path_type=Path))
 _EFFECTS_FROM = click.option(
@@ -83,45 +76,29 @@ def diagnose_command(
     With --reference: which effects changed since those flights.
     """
     from infotraj.comparing import files
-    from infotraj.diagnosis.diagnosis import diagnose
     from infotraj.diagnosis.report import summary
-    from infotraj.diagnosis.report.saving import refuse_overwriting, save_diagnosed
-    from infotraj.models.file import read_model
+    from infotraj.diagnosis.report.asking import ask
+    from infotraj.diagnosis.report.following import flight_command, next_command
 
-    files.require_order(start, stop)
-    refuse_overwriting(save_model, model)
-    if reference and save_model is not None:
-        what = "--save-model with --reference: a change is told from healthy flights, not from the model"
-        raise UsageError(problem(what, "one of them", "Leave one out; `infotraj add` fits an effect to flights."))
-    twice = sorted({p.resolve() for p in flights} & {p.resolve() for p in reference})
-    if twice:
-        raise UsageError(problem(f"{twice[0]} is asked about and healthy at once", "one of them", "Leave it out."))
-    read, content = read_model(model, effects_from)
-    usable = _usable(read, start, stop, bool(reference))
-
-    def admitted(paths: tuple[Path, ...]) -> files.Admitted[None]:
-        return files.admitted(
-            paths,
-            read.vehicle,
-            usable,
-            skip_rejected=skip_rejected,
-            command_steps=command_steps,
-            accept=accept,
-            start=start,
-            stop=stop,
-        )
-
-    let_in = admitted(flights)
-    healthy = admitted(reference).flights if reference else []
-    used = let_in.flights
-    _progress(quiet, f"{len(used)} flights, {sum(len(f.t) for f in used)} rows")
-    found = diagnose(
-        read, used, effects_from=effects_from, matters=matters, seed=seed, start=start, stop=stop, reference=healthy
+    asked = ask(
+        model,
+        flights,
+        reference,
+        save_model=save_model,
+        effects_from=effects_from,
+        start=start,
+        stop=stop,
+        command_steps=command_steps,
+        accept=accept,
+        skip_rejected=skip_rejected,
     )
+    used = asked.flights.flights
+    _progress(quiet, f"{len(used)} flights, {sum(len(f.t) for f in used)} rows")
+    found = asked.answer(matters=matters, seed=seed)
     if json_file is not None:
         files.write_json(summary.as_dict(found), json_file)
-    if save_model is not None and found.judged:
-        save_diagnosed(found, save_model, parent=model, content=content, flights=used)
+    if save_model is not None:
+        asked.save(found, save_model)
     if figures is not None:
         from infotraj.diagnosis.report.steps import steps
         from infotraj.plots.waterfall import waterfall
@@ -146,18 +123,14 @@ def diagnose_command(
     click.echo(summary.as_text(found, verbose=verbose), nl=False)
     if save_model is not None and not found.judged:
         click.echo(f"{save_model} is not written: no axis could be judged", err=True)
-    files.say_unmet(accept, let_in.codes + [d.code for d in found.doubts])
+    files.say_unmet(accept, asked.flights.codes + [d.code for d in found.doubts])
     if verbose:
         for line in found.search.trail:
             click.echo(line, err=True)
-    named = " ".join(str(f.meta["source"]) for f in used)
-    new = save_model if save_model is not None and found.supported else None
-    following = f"infotraj compare {new} {named} --against {model}" if new else f"infotraj locate {model} {named}"
-    _say(quiet, f"next: {following}{_as_read(found.command_steps)}")
-    group = next((f.group for f in found.findings if f.verdict == "Not separable"), ())
-    if found.judged and not reference and (group or any(f.verdict == "Plausible" for f in found.findings)):
-        asked = f" --separate {group[0]} {group[1]}" if group else ""
-        _say(quiet, f"what these flights cannot tell: infotraj design {model} --flown {named}{asked} -o next.csv")
+    _say(quiet, f"next: {next_command(found, model, save_model)}")
+    flight = flight_command(found, model)
+    if flight is not None:
+        _say(quiet, f"what these flights cannot tell: {flight}")
 
 
 @click.command("add")
@@ -205,17 +178,18 @@ def add_command(
     """
     from infotraj.comparing import files
     from infotraj.diagnosis.adding import add
+    from infotraj.diagnosis.report.asking import usable
+    from infotraj.diagnosis.report.following import as_read
     from infotraj.diagnosis.report.saving import refuse_overwriting, save_added
     from infotraj.models.file import read_model
 
     files.require_order(start, stop)
     refuse_overwriting(output, model)
     read, content = read_model(model, effects_from)
-    usable = _usable(read, start, stop)
     let_in = files.admitted(
         flights,
         read.vehicle,
-        usable,
+        usable(read, start, stop),
         skip_rejected=skip_rejected,
         command_steps=command_steps,
         accept=accept,
@@ -232,7 +206,7 @@ def add_command(
         click.echo(f"{label}: {how}; {output} says so, too", err=True)
     files.say_unmet(accept, let_in.codes)
     named = " ".join(map(str, flights))
-    _say(quiet, f"next: infotraj compare {output} {named} --against {model}{_as_read(made.command_steps)}")
+    _say(quiet, f"next: infotraj compare {output} {named} --against {model}{as_read(made.command_steps)}")
 
 
 @click.command("history")
@@ -250,24 +224,6 @@ def history_command(model: Path, json_file: Path | None, quiet: bool) -> None:
         files.write_json(as_dict(chain), json_file)
     click.echo(as_text(chain), nl=False)
     _say(quiet, f"next: infotraj diagnose {model} FLIGHT...")
-
-
-def _usable(model: Model, start: float | None, stop: float | None, level: bool = False) -> Callable[[Flight], None]:
-    """What a flight must pass beyond `check` to be diagnosed: InputError says why it cannot be.
-
-    level: a vehicle whose log does not say so may be taken as level.
-    """
-    from infotraj.diagnosis.gates.level import as_level
-    from infotraj.diagnosis.gates.observing import observe
-
-    def use(flight: Flight) -> None:
-        observe(model, [as_level(flight) if level else flight], start, stop)
-
-    return use
-
-
-def _as_read(steps: int) -> str:
-    return f" --command-steps {steps}" if steps > 1 else ""
 
 
 def _say(quiet: bool, line: str) -> None:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from infotraj.comparing.equation_error import AXES, equation_error
+from infotraj.comparing.equation_error import AXES, EquationError, equation_error
 from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.judge.evidence import resampled
 from infotraj.diagnosis.judge.verdicts import CONFIDENT
-from infotraj.diagnosis.select.search import Fit
 from infotraj.rotations import Array
 
 
@@ -30,53 +31,97 @@ class Steps:
     axes: tuple[str, ...] = AXES
 
 
+@dataclass(frozen=True)
+class HeldOut:
+    """Equation errors of the flights, each stretch under numbers that were fitted without it.
+
+    errors: one a flight; squares, rows (blocks, 6): squared error and how many rows it is of; flight (blocks,).
+    """
+
+    errors: tuple[EquationError, ...]
+    squares: Array
+    rows: Array
+    flight: NDArray
+
+    @property
+    def rmse(self) -> Array:
+        """Over all flights (6,), NaN for an axis without a row."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.sqrt(self.squares.sum(axis=0) / self.rows.sum(axis=0))
+
+    @property
+    def floor(self) -> Array:
+        """What noise of the sensors leaves (6,)."""
+        return np.sqrt(np.mean(np.square([e.floor for e in self.errors]), axis=0))
+
+    def interval(self, rng: np.random.Generator) -> tuple[Array, Array]:
+        """95 % of the error (6,), low and high, where stretches of the flights are resampled."""
+        draws = resampled(self.flight, rng)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            spread = np.sqrt((draws @ self.squares) / (draws @ self.rows))
+        return np.quantile(spread, 0.025, axis=0), np.quantile(spread, 0.975, axis=0)
+
+
 def steps(found: Diagnosis, seed: int = 0) -> Steps:
     """Equation error on held-out flights after each supported effect, the one that matters most first.
 
     The numbers of each step are fitted on the other folds (linearised at the fit to all), so no flight judges its own.
     """
-    made = found.final
-    rise = {f.name: f.evidence.rise for f in found.findings if f.evidence is not None}
-    labels = [x for x in made.labels if found.finding(x.split()[0]).verdict in CONFIDENT]
-    labels.sort(key=lambda x: -rise.get(x.split()[0], 0.0))
+    labels = supported_labels(found)
     rng = np.random.default_rng(seed)
-    rmse, low, high = [], [], []
-    floor, unit = np.full(6, np.nan), {}
-    for k in range(len(labels) + 1):
-        squares, rows, flight, floor, unit = _errors(found, made, labels[:k])
-        draws = resampled(flight, rng)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            rmse.append(np.sqrt(squares.sum(axis=0) / rows.sum(axis=0)))
-            spread = np.sqrt((draws @ squares) / (draws @ rows))
-        low.append(np.quantile(spread, 0.025, axis=0))
-        high.append(np.quantile(spread, 0.975, axis=0))
-    said = ["as given", *(f"+ {label.replace('_', ' ')}" for label in labels)]
-    return Steps(tuple(said), np.array(rmse), np.array(low), np.array(high), floor, unit)
+    made = [held_out(found, labels[:k]) for k in range(len(labels) + 1)]
+    low, high = zip(*(m.interval(rng) for m in made), strict=True)
+    return Steps(
+        said(labels),
+        np.array([m.rmse for m in made]),
+        np.array(low),
+        np.array(high),
+        made[-1].floor,
+        made[-1].errors[-1].unit,
+    )
 
 
-def _errors(found: Diagnosis, made: Fit, labels: list[str]):
-    """Squared error and rows by block and axis (blocks, 6), each block under numbers that were fitted without it."""
+def supported_labels(found: Diagnosis) -> list[str]:
+    """Labels of the effects of the model that is given that are named with confidence, what matters most first."""
+    rise = {f.name: f.evidence.rise for f in found.findings if f.evidence is not None}
+    labels = [x for x in found.final.labels if found.finding(x.split()[0]).verdict in CONFIDENT]
+    return sorted(labels, key=lambda x: -rise.get(x.split()[0], 0.0))
+
+
+def said(labels: Sequence[str]) -> tuple[str, ...]:
+    """What the steps are called: the model as given, then each effect."""
+    return ("as given", *(f"+ {label.replace('_', ' ')}" for label in labels))
+
+
+def held_out(found: Diagnosis, labels: Sequence[str]) -> HeldOut:
+    """The errors with these effects of the model that is given (see `supported_labels`), by blocks of the flights."""
+    made = found.final
     linear = made.linear
     cut = linear.observation.blocks
-    chosen = linear.labelled(labels)
+    chosen = linear.labelled(list(labels))
     refitted = made.scorer.solution(made.chosen)
     # Numbers that stay as they were found beside the file's own errors stay so in every step.
     solution = made.scorer.solution(chosen) if np.allclose(refitted.theta, made.solution.theta) else made.solution
     folds = np.unique(cut.fold)
     given = [linear.members(chosen, theta, np.inf) for theta in solution.each]
     squares, rows = np.zeros((len(cut.flight), 6)), np.zeros((len(cut.flight), 6))
-    floors = []
-    unit: dict[str, str] = {}
+    errors = []
     for number, s in enumerate(linear.observation.samples):
-        own = np.flatnonzero(cut.flight == number)
-        for f in np.unique(cut.fold[own]):
+        place = cut.at(number, s.flight.t)
+        whole: EquationError | None = None
+        for f in np.unique(cut.fold[cut.flight == number]):
             members = given[int(np.searchsorted(folds, f))]
             error = equation_error(linear.observation.model(members), s.flight, start=found.start, stop=found.stop)
-            unit = error.unit
-            squared = np.where(error.scored, error.residual, 0.0) ** 2
-            place = cut.at(number, s.flight.t)
-            for b in own[cut.fold[own] == f]:
-                squares[b] = squared[place == b].sum(axis=0)
-                rows[b] = error.scored[place == b].sum(axis=0)
-        floors.append(error.floor)
-    return squares, rows, cut.flight, np.sqrt(np.mean(np.square(floors), axis=0)), unit
+            own = (cut.fold[place] == f)[:, None]
+            if whole is None:
+                whole = error
+            else:
+                measured = np.where(own, error.measured, whole.measured)
+                whole = replace(whole, measured=measured, predicted=np.where(own, error.predicted, whole.predicted))
+        assert whole is not None
+        squared = np.where(whole.scored, whole.residual, 0.0) ** 2
+        for b in np.flatnonzero(cut.flight == number):
+            squares[b] = squared[place == b].sum(axis=0)
+            rows[b] = whole.scored[place == b].sum(axis=0)
+        errors.append(whole)
+    return HeldOut(tuple(errors), squares, rows, cut.flight)

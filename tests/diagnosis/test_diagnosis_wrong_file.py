@@ -15,12 +15,12 @@ from infotraj.diagnosis.diagnosis import diagnose
 from infotraj.diagnosis.judge.numbers import THRUST_OVER_MASS
 from infotraj.diagnosis.linear.candidates import Candidate, places, raw, read, slopes, written
 from infotraj.effects import catalogue
-from infotraj.experiment.file_profiles import wrong_file
+from infotraj.experiment.hidden.file_profiles import wrong_file
 from infotraj.flight import Flight
 from infotraj.models import Model
 from infotraj.vehicle import load_vehicle
 
-FILE = Path(__file__).parents[1] / "config/vehicles/quadrotor.yaml"
+FILE = Path(__file__).parents[2] / "config/vehicles/quadrotor.yaml"
 NOISE = {"gyro": 0.01, "accelerometer": 0.1, "position": 0.001, "attitude": 0.001, "velocity": 0.005}
 
 

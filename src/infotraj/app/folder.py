@@ -1,0 +1,110 @@
+"""The one folder that the app works on: what lies in it, and which names may be written to it."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from infotraj.errors import InputError, UsageError, problem
+
+FLIGHTS = (".parquet", ".csv")
+LOGS = (".bag", ".mcap", ".db3", ".ulg", ".bin", ".bbl", ".bfl", ".log", ".tsv", ".txt", ".dat")
+MODELS = (".yaml", ".yml")
+_DEPTH = 2  # folders below DIR that are looked into
+_MOST = 500  # files that are listed
+_WORK = ".infotraj_app-"
+_LONGEST = 100
+
+
+@dataclass(frozen=True)
+class Folder:
+    """DIR, and a folder inside it that lives as long as the server: `work`."""
+
+    top: Path
+    work: Path
+
+    def listed(self) -> list[dict[str, object]]:
+        """What can be chosen: its path in DIR, `flight`, `log` or `model`, and its size; by name."""
+        found: list[dict[str, object]] = []
+        for path in sorted(self.top.rglob("*")):
+            inside = path.relative_to(self.top)
+            if len(inside.parts) > _DEPTH + 1 or any(p.startswith(".") for p in inside.parts):
+                continue
+            kind = _kind(path)
+            if kind is None or not path.is_file() or not path.resolve().is_relative_to(self.top):
+                continue
+            found.append({"name": inside.as_posix(), "kind": kind, "size": path.stat().st_size})
+            if len(found) == _MOST:
+                break
+        return found
+
+    def chosen(self, name: object, *kinds: str) -> Path:
+        """The file of that name, as it is listed. UsageError for any other: no name becomes a path by itself."""
+        for row in self.listed():
+            if row["name"] == name and row["kind"] in kinds:
+                return Path(str(name))
+        raise UsageError(
+            problem(f"no file {str(name)[:_LONGEST]!r}", f"a {' or '.join(kinds)} of the folder", "Look again.")
+        )
+
+    def free(self, name: str) -> Path:
+        """A path in DIR for this safe name that does not exist yet."""
+        path = self.top / name
+        number = 1
+        while path.exists() or path.is_symlink():
+            number += 1
+            path = self.top / f"{Path(name).stem}-{number}{Path(name).suffix}"
+        return path
+
+    def take(self, part: Path, name: str) -> Path:
+        """Moves a finished file into DIR under this safe name, or the next one that is free: nothing is overwritten."""
+        while True:
+            path = self.free(name)
+            try:
+                open(path, "x").close()  # the name is ours from here on
+            except FileExistsError:
+                continue
+            os.replace(part, path)
+            return path
+
+    def close(self) -> None:
+        """Removes what the server wrote for itself."""
+        shutil.rmtree(self.work, ignore_errors=True)
+
+
+def open_folder(path: Path) -> Folder:
+    """InputError where it is no folder that can be written."""
+    top = path.resolve()
+    if not top.is_dir():
+        raise InputError(problem(f"{path}: no folder", "a folder with flights and models", "Name another, or make it."))
+    try:
+        work = Path(tempfile.mkdtemp(prefix=_WORK, dir=top))
+    except OSError as error:
+        raise InputError(
+            problem(f"{path}: {error.strerror}", "a folder that can be written", "Choose another.")
+        ) from error
+    return Folder(top, work)
+
+
+def safe_name(name: str, suffixes: tuple[str, ...]) -> str:
+    """A file name made of letters, digits, `.`, `_` and `-` that says nothing about a place. UsageError for a suffix
+    that is not among these."""
+    last = name.replace("\\", "/").rsplit("/", 1)[-1]
+    suffix = Path(last).suffix.lower()
+    if suffix not in suffixes:
+        raise UsageError(
+            problem(f"a file with {suffix[:20] or 'no suffix'}", ", ".join(suffixes), "Rename it by what it holds.")
+        )
+    stem = re.sub(r"[^A-Za-z0-9._-]+", "_", last[: -len(suffix)]).strip("._-")
+    return (stem or "file")[:_LONGEST] + suffix
+
+
+def _kind(path: Path) -> str | None:
+    suffix = path.suffix.lower()
+    if suffix in MODELS:
+        return None if path.name.endswith((".meta.yaml", ".mapping.yaml", "_metadata.yaml")) else "model"
+    return "flight" if suffix in FLIGHTS else "log" if suffix in LOGS else None

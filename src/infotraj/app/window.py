@@ -1,0 +1,176 @@
+"""What one browser window has asked and been told. Two windows share the folder, and nothing else."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from infotraj.app.folder import MODELS, Folder, safe_name
+from infotraj.app.job import Job
+from infotraj.app.viewer import Viewer
+from infotraj.errors import UsageError, problem
+
+_MOST_FLIGHTS = 100
+
+
+class Window:
+    """State of one window: the job that runs, what is known of files, and the last answer."""
+
+    def __init__(self, key: str, folder: Folder) -> None:
+        self.key, self.folder = key, folder
+        self.work = folder.work / key
+        self.work.mkdir()
+        self.job: Job | None = None
+        self.files: dict[str, dict[str, Any]] = {}
+        self.asked: dict[str, Any] | None = None
+        self.answer: dict[str, Any] | None = None
+        self.viewer: Viewer | None = None
+        self.note = ""
+        self.answers = 0
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """One thread, and nothing that is remembered outside the folder."""
+        threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+        return {**threads, "INFOTRAJ_CACHE": str(self.folder.work / "cache"), "PYTHONUNBUFFERED": "1"}
+
+    @property
+    def page(self) -> Path:
+        """The report of the last diagnosis."""
+        return self.work / "report.html"
+
+    def shown(self) -> dict[str, Any]:
+        """For the page."""
+        return {
+            "folder": str(self.folder.top),
+            "listed": self.folder.listed(),
+            "files": self.files,
+            "job": self.job.shown() if self.job is not None else None,
+            "answer": self.answer,
+            "note": self.note,
+            "viewer": self.viewer.address if self.viewer is not None and self.viewer.running else None,
+        }
+
+    def receive(self, name: object) -> None:
+        """Looks at one file of the folder: a log is imported, everything is checked."""
+        path = self.folder.chosen(name, "flight", "log", "model")
+
+        def done(job: Job) -> None:
+            said = _answer_of(job)
+            self.files[str(path)] = said
+            if said.get("name") not in (None, str(path)):
+                self.files[said["name"]] = said
+
+        self._start(Job("check", ["-m", "infotraj.app.receiving", _word(path)], self.folder.top, done))
+
+    def diagnose(self, model: object, flights: Sequence[object], healthy: Sequence[object]) -> None:
+        """Asks which effect the model lacks on these flights, or what changed since healthy ones."""
+        if not flights or len(flights) + len(healthy) > _MOST_FLIGHTS:
+            raise UsageError(problem(f"{len(flights)} flights", f"1 to {_MOST_FLIGHTS}", "Tick some."))
+        chosen = self.folder.chosen(model, "model")
+        asked = [self.folder.chosen(f, "flight") for f in flights]
+        against = [self.folder.chosen(f, "flight") for f in healthy]
+        inside = self.work.relative_to(self.folder.top)
+        words = ["-m", "infotraj.cli", "report", _word(chosen), *map(_word, asked), "-o", str(inside / "report.html")]
+        words += ["--json", str(inside / "report.json")]
+        words += ["--reference", *map(_word, against)] if against else ["--save-model", str(inside / "new.yaml")]
+        for old in self.work.iterdir():
+            old.unlink()
+        self.answer, self.asked = None, {"model": chosen, "flights": asked, "reference": bool(against)}
+
+        def done(job: Job) -> None:
+            if job.state == "done":
+                content = json.loads((self.work / "report.json").read_text())
+                self.answers += 1
+                self.answer = {
+                    "number": self.answers,
+                    "summary": content["answer"]["verdict"]["summary"],
+                    "boxes": [box["effects"] for box in content["fall"]["boxes"]],
+                    "reference": bool(against),
+                }
+
+        self._start(Job("diagnosis", words, self.folder.top, done))
+
+    def save(self, name: object, effects: Sequence[object]) -> None:
+        """Writes the model with these effects, labels of the answer, to a new file of the folder."""
+        if self.answer is None or self.asked is None or self.answer["reference"]:
+            raise UsageError(problem("nothing to save", "a diagnosis without healthy flights", "Diagnose first."))
+        target = self.folder.free(safe_name(str(name), MODELS))
+        every = [label for box in self.answer["boxes"] for label in box]
+        labels = [label for label in every if label in effects]
+        if not labels or len(labels) != len(effects):
+            raise UsageError(problem(f"{len(effects)} effects", "some of those that were named", "Tick one."))
+        if labels == every and (self.work / "new.yaml").is_file():
+            part = self.work / "taken.yaml"
+            shutil.copyfile(self.work / "new.yaml", part)
+            self.note = f"{self.folder.take(part, target.name).name} is written"
+            return
+        # Another set than the diagnosis gave: its numbers are fitted anew, as `infotraj add` does.
+        words = [
+            "-m",
+            "infotraj.cli",
+            "add",
+            _word(self.asked["model"]),
+            *(label.replace(" ", ":") for label in labels),
+        ]
+        words += ["--fit", *map(_word, self.asked["flights"]), "-o", target.name]
+
+        def done(job: Job) -> None:
+            self.note = f"{target.name} is written" if job.state == "done" else ""
+
+        self._start(Job("saving", words, self.folder.top, done))
+
+    def record(self) -> None:
+        """Records the flight on which the model is worst, and serves it to rerun's viewer on this machine."""
+        if self.asked is None:
+            raise UsageError(problem("nothing to record", "a diagnosis", "Diagnose first."))
+        inside = self.work.relative_to(self.folder.top) / "worst.rrd"
+        flights = map(_word, self.asked["flights"])
+        words = ["-m", "infotraj.cli", "compare", _word(self.asked["model"]), *flights, "--recording", str(inside)]
+
+        def done(job: Job) -> None:
+            if job.state == "done":
+                self._close_viewer()
+                self.viewer = Viewer(self.work / "worst.rrd")
+
+        self._start(Job("recording", words, self.folder.top, done))
+
+    def cancel(self) -> None:
+        """Stops what runs."""
+        if self.job is not None:
+            self.job.cancel()
+
+    def close(self) -> None:
+        """Ends everything of this window."""
+        if self.job is not None:
+            self.job.kill()
+        self._close_viewer()
+
+    def _start(self, job: Job) -> None:
+        if self.job is not None and self.job.state == "running":
+            raise UsageError(problem(f"the {self.job.kind} is still running", "one at a time", "Wait, or cancel it."))
+        self.note = ""
+        self.job = job.start(self.environment)
+
+    def _close_viewer(self) -> None:
+        if self.viewer is not None:
+            self.viewer.close()
+            self.viewer = None
+
+
+def _word(path: Path) -> str:
+    """A path of the folder as a word that no command takes for an option."""
+    return f"./{path}" if str(path).startswith("-") else str(path)
+
+
+def _answer_of(job: Job) -> Mapping[str, Any] | dict[str, Any]:
+    try:
+        answer = json.loads(job.printed[-1])
+        return {key: answer[key] for key in ("name", "outcome", "report")}
+    except (IndexError, ValueError, KeyError, TypeError):
+        last = job.said[-1] if job.said else "it ended without a word"
+        what = "cancelled" if job.state == "cancelled" else f"cannot be read: {last}"
+        return {"name": None, "outcome": "rejected", "report": what}

@@ -1,0 +1,35 @@
+"""What to do after a diagnosis, as commands."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from infotraj.diagnosis.diagnosis import Diagnosis
+
+
+def as_read(steps: int) -> str:
+    """The option that repeats how sparse commands were read; empty where they were held."""
+    return f" --command-steps {steps}" if steps > 1 else ""
+
+
+def next_command(found: Diagnosis, model: Path, saved: Path | None) -> str:
+    """The command that comes next. saved: where the new model was written, if it was."""
+    named = " ".join(sources(found))
+    new = saved if saved is not None and found.supported else None
+    following = f"infotraj compare {new} {named} --against {model}" if new else f"infotraj locate {model} {named}"
+    return following + as_read(found.command_steps)
+
+
+def flight_command(found: Diagnosis, model: Path) -> str | None:
+    """The command that designs the flight which tells what these could not; None where they could tell everything."""
+    group = next((f.group for f in found.findings if f.verdict == "Not separable"), ())
+    open_questions = bool(group) or any(f.verdict == "Plausible" for f in found.findings)
+    if not found.judged or found.healthy is not None or not open_questions:
+        return None
+    asked = f" --separate {group[0]} {group[1]}" if group else ""
+    return f"infotraj design {model} --flown {' '.join(sources(found))}{asked} -o next.csv"
+
+
+def sources(found: Diagnosis) -> list[str]:
+    """The files of the flights that were used."""
+    return [str(s.flight.meta.get("source", "flight")) for s in found.samples]

@@ -1,0 +1,143 @@
+"""The figures of the page that are drawn on a canvas, as a Bokeh document: series, residuals, correlations.
+
+Colours come from the page (assets/page.js), which knows whether it is light or dark; here every part gets a role.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import bokeh
+import numpy as np
+from bokeh.document import Document
+from bokeh.models import BoxAnnotation, ColumnDataSource, Range1d, Span
+from bokeh.plotting import figure
+
+from infotraj.report.formats import plain_unit, prefixed
+from infotraj.report.series import unpacked
+
+_JAVASCRIPT = Path(bokeh.__file__).parent / "server/static/js/bokeh.min.js"
+_SERIES = ("measured", "given", "ticked", "left_given", "left_ticked")
+
+
+def javascript() -> str:
+    """Bokeh's own JavaScript, to be part of the page. `</script` does not occur in it unbroken."""
+    return _JAVASCRIPT.read_text(encoding="utf-8").replace("</script", "<\\/script")
+
+
+def figures(content: dict[str, Any]) -> str:
+    """Three documents as JSON text, in the order in which the page draws them; their roots are named trace-AXIS,
+    place-NUMBER and leftover-AXIS."""
+    documents = []
+    for roots in (_traces(content), _places(content), _leftover(content)):
+        document = Document()
+        for root in roots:
+            document.add_root(root)
+        documents.append(document.to_json(deferred=False))
+    return json.dumps(documents)
+
+
+def _traces(content: dict[str, Any]) -> list[figure]:
+    """Measured and predicted wrench, an axis each, linked in time; the page fills in the series."""
+    traces = content["traces"]
+    shared = Range1d(0.0, 1.0, name="time")
+    drawn = []
+    for axis in traces["axes"]:
+        fig = _figure(f"trace-{axis}", 150, "xbox_zoom", x_range=shared)
+        fig.window_axis = "x"
+        fig.y_range.only_visible = True
+        factor, unit = _scale(content, axis)
+        fig.yaxis.axis_label = f"{axis} [{unit}]"
+        fig.tags = [factor]
+        fig.xaxis.axis_label = "t [s]"
+        source = ColumnDataSource({"t": [0.0, 1.0], **{name: [0.0, 0.0] for name in _SERIES}}, name=f"series-{axis}")
+        floor = content["fall"]["floor"][axis]
+        if floor is not None:
+            floor *= factor
+            fig.add_layout(
+                BoxAnnotation(bottom=-2 * floor, top=2 * floor, tags=["band"], line_color=None, visible=False)
+            )
+        for name in _SERIES:
+            width = 3.2 if name == "measured" else 1.3
+            line = fig.line("t", name, source=source, line_width=width, visible=not name.startswith("left_"))
+            line.tags = [name.removeprefix("left_"), name]
+        drawn.append(fig)
+    return drawn
+
+
+def _scale(content: dict[str, Any], axis: str) -> tuple[float, str]:
+    """The factor and the unit in which an axis is drawn."""
+    measured = [np.abs(unpacked(f["axes"][axis]["measured"])) for f in content["traces"]["flights"]]
+    return prefixed(content["unit"][axis], float(np.nanmax([np.nanmax(m, initial=0.0) for m in measured])))
+
+
+def _places(content: dict[str, Any]) -> list[figure]:
+    """The residual against the quantity that names a place, with the band in which nothing is left to explain."""
+    drawn = []
+    for k, place in enumerate(content["places"]):
+        fig = _figure(f"place-{k}", 230, "")
+        fig.x_range = Range1d(place["low"], place["high"])
+        factor, unit = prefixed(place["unit"], place["reach"])
+        fig.y_range = Range1d(-factor * place["reach"], factor * place["reach"])
+        fig.xaxis.axis_label = f"{place['quantity']} [{plain_unit(place['quantity_unit'])}]"
+        fig.yaxis.axis_label = f"{place['axis']} residual [{unit}]"
+        for left, right in place["spans"]:
+            fig.add_layout(BoxAnnotation(left=left, right=right, tags=["place"], line_color=None, level="underlay"))
+        fig.add_layout(
+            BoxAnnotation(
+                bottom=-2 * factor * place["floor"],
+                top=2 * factor * place["floor"],
+                tags=["band"],
+                line_color=None,
+                level="underlay",
+            )
+        )
+        rows = ColumnDataSource({"x": unpacked(place["x"]), "y": factor * unpacked(place["y"])})
+        fig.scatter("x", "y", source=rows, size=2.5, fill_alpha=0.35, line_color=None).tags = ["point"]
+        heights = {key: factor * unpacked(place[key]) for key in ("mean", "rms")}
+        ranges = ColumnDataSource({"middle": unpacked(place["middle"]), **heights})
+        fig.line("middle", "rms", source=ranges, line_width=1.8, line_dash="dashed").tags = ["given"]
+        fig.line("middle", "mean", source=ranges, line_width=2.2).tags = ["ticked"]
+        fig.scatter("middle", "mean", source=ranges, size=5, line_color=None).tags = ["ticked"]
+        drawn.append(fig)
+    return drawn
+
+
+def _leftover(content: dict[str, Any]) -> list[figure]:
+    """Correlations over lags of what is left with everything that is supported."""
+    drawn = []
+    shared, height = Range1d(-0.5, 0.5), Range1d(-1.05, 1.05)
+    for row in content["leftover"]:
+        fig = _figure(f"leftover-{row['axis']}", 170, "", x_range=shared, y_range=height)
+        fig.xaxis.axis_label = "lag [s]"
+        fig.yaxis.axis_label = f"{row['axis']} correlation"
+        fig.add_layout(
+            BoxAnnotation(left=-row["filter"], right=row["filter"], tags=["filter"], line_color=None, level="underlay")
+        )
+        fig.add_layout(
+            BoxAnnotation(bottom=-row["band"], top=row["band"], tags=["band"], line_color=None, level="underlay")
+        )
+        source = ColumnDataSource({key: unpacked(row[key]) for key in ("lag", "auto", "cross")})
+        fig.line("lag", "auto", source=source, line_width=1.8).tags = ["ticked"]
+        fig.line("lag", "cross", source=source, line_width=1.8, line_dash="dashed").tags = ["given"]
+        fig.add_layout(Span(location=0, dimension="width", line_width=1, tags=["axis"]))
+        drawn.append(fig)
+    return drawn
+
+
+def _figure(name: str, height: int, tools: str, **ranges: Any) -> figure:
+    fig = figure(
+        name=name, height=height, sizing_mode="stretch_width", tools=tools, toolbar_location=None, lod_threshold=None,
+        min_border_right=12, **ranges,
+    )  # fmt: skip
+    fig.background_fill_color = None
+    fig.border_fill_color = None
+    fig.outline_line_color = None
+    fig.axis.axis_label_text_font_style = "normal"
+    fig.axis.axis_label_text_font_size = "12px"
+    fig.axis.major_label_text_font_size = "11px"
+    fig.axis.minor_tick_line_color = None
+    fig.xgrid.grid_line_color = None
+    return fig

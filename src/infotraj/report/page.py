@@ -1,0 +1,98 @@
+"""The page: a template filled with the content, with everything it needs inside it."""
+
+from __future__ import annotations
+
+import json
+import os
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, FunctionLoader, StrictUndefined
+
+from infotraj.errors import InfotrajError, problem
+from infotraj.report.bars import gains, panel
+from infotraj.report.figures import figures, javascript
+from infotraj.report.formats import change, measure, numbers, percent, plain_unit, signed, significant
+
+_ORDER = ("Supported", "Not separable", "Plausible", "Not needed", "Not testable here")
+_MARKS = {"Supported": "●", "Not separable": "◐", "Plausible": "○", "Not needed": "–", "Not testable here": "?"}
+_CONFIDENT = ("Supported", "Not separable")
+
+
+def write_page(content: dict[str, Any], path: Path) -> None:
+    """Writes the page, whole or not at all."""
+    part = path.with_name(f".{path.name}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part.write_text(page(content), encoding="utf-8")
+        os.replace(part, path)
+    except OSError as error:
+        raise InfotrajError(
+            problem(f"{path}: {error.strerror}", "a place that can be written", "Choose another.")
+        ) from error
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def page(content: dict[str, Any]) -> str:
+    """The page as HTML text. content: what `content.gathered` made."""
+    environment = Environment(
+        loader=FunctionLoader(asset), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters |= {"sig": significant, "signed": signed, "percent": percent, "change": change}
+    environment.filters |= {"unit": plain_unit, "measure": measure}
+    rows = sorted(content["answer"]["effects"], key=_rank)
+    return environment.get_template("page.html").render(
+        c=content,
+        answer=content["answer"],
+        named=[r for r in rows if r["verdict"] in _CONFIDENT],
+        maybe=[r for r in rows if r["verdict"] == "Plausible"],
+        quiet=[r for r in rows if r["verdict"] not in (*_CONFIDENT, "Plausible")],
+        marks=_MARKS,
+        gains=gains(content),
+        unjudged=_by_reason(content["answer"]["axes"]),
+        panels=[panel(content, axis) for axis in content["fall"]["axes"]],
+        numbers=lambda row, key="parameters": numbers(row, content["effects"].get(row["name"], {}), key),
+        shade=shade,
+        figures=_safe(figures(content)),
+        data=_safe(json.dumps({key: content[key] for key in ("traces", "fall", "windows", "unit")} | _names(content))),
+        bokeh=javascript(),
+        css=asset("page.css"),
+        js=asset("page.js"),
+    )
+
+
+def shade(value: float | None) -> str:
+    """The class of a cell of the heat map: 0 within the noise, 6 at 50 times the floor and beyond."""
+    if value is None:
+        return "none"
+    limits = (1.2, 2.0, 4.0, 8.0, 16.0, 50.0)
+    return str(sum(value >= x for x in limits))
+
+
+def _by_reason(axes: dict[str, Any]) -> dict[str, list[str]]:
+    """The axes that cannot be judged, by the reason."""
+    found: dict[str, list[str]] = {}
+    for axis, judged in axes.items():
+        if not judged["judged"]:
+            found.setdefault(judged["reason"], []).append(axis)
+    return found
+
+
+def _rank(row: dict[str, Any]) -> tuple[int, float]:
+    return _ORDER.index(row["verdict"]), -(row["rise"] or 0.0)
+
+
+def _names(content: dict[str, Any]) -> dict[str, Any]:
+    return {"flights": [{"name": f["name"], "seconds": f["seconds"]} for f in content["flights"]]}
+
+
+def _safe(text: str) -> str:
+    """JSON that cannot end the element that holds it."""
+    return text.replace("<", "\\u003c")
+
+
+def asset(name: str) -> str:
+    """The text of a file that ships with the page."""
+    return (files("infotraj.report") / "assets" / name).read_text(encoding="utf-8")

@@ -1,0 +1,368 @@
+"""The app: its whole way in a browser, hostile requests, and windows that do not disturb each other."""
+
+import http.client
+import json
+import os
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+from urllib.parse import quote, urlsplit
+
+import pytest
+import yaml
+
+from infotraj.app.folder import MODELS, Folder, safe_name
+from infotraj.errors import UsageError
+
+TOP = Path(__file__).parents[1]
+QUAD = TOP / "examples/quad"
+
+
+class Server:
+    """A running app of one folder."""
+
+    def __init__(self, folder, *words):
+        code = [sys.executable, "-m", "infotraj.cli", "app", str(folder), "--port", "0", "--no-browser", "-q", *words]
+        self.folder = folder
+        self.process = subprocess.Popen(code, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.address = self.process.stdout.readline().strip()
+        self.port = urlsplit(self.address).port
+        self.origin = f"http://127.0.0.1:{self.port}"
+        self.viewer = None  # port of the recording that it serves
+
+    def ask(self, method, path, body=None, **headers):
+        """Status, headers and body of one request; headers as they are given, `Host` and `Origin` too."""
+        wire = http.client.HTTPConnection("127.0.0.1", self.port, timeout=30)
+        sent = {"Host": f"127.0.0.1:{self.port}"} | ({"Origin": self.origin} if method == "POST" else {}) | headers
+        wire.putrequest(method, path, skip_host=True, skip_accept_encoding=True)
+        for name, value in sent.items():
+            if value is not None:
+                wire.putheader(name, value)
+        if body is not None:
+            wire.putheader("Content-Length", str(len(body)))
+        wire.endheaders(body)
+        try:
+            answer = wire.getresponse()
+            return answer.status, dict(answer.getheaders()), answer.read()
+        except ConnectionError:  # hung up while it was sent: too large
+            return 413, {}, b""
+        finally:
+            wire.close()
+
+    def window(self):
+        """The path of a new window."""
+        status, headers, _ = self.ask("GET", "/")
+        assert status == 302
+        return headers["Location"].rstrip("/")
+
+    def state(self, window):
+        return json.loads(self.ask("GET", f"{window}/state")[2])
+
+    def act(self, window, what, **body):
+        status, _, said = self.ask("POST", f"{window}/{what}", json.dumps(body).encode())
+        return status, json.loads(said)
+
+    def finished(self, window, seconds=120):
+        """The state when the window's job has ended."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            state = self.state(window)
+            if state["job"] and state["job"]["state"] != "running":
+                return state
+            time.sleep(0.1)
+        raise AssertionError(state["job"])
+
+    def close(self):
+        self.process.send_signal(signal.SIGTERM)
+        said = self.process.communicate(timeout=20)[1]
+        assert "Traceback" not in said, said
+        if self.viewer is not None:  # what it started has ended with it
+            with pytest.raises(ConnectionRefusedError):
+                socket.create_connection(("127.0.0.1", self.viewer), timeout=5)
+
+
+@pytest.fixture
+def server(tmp_path):
+    folder = tmp_path / "flights"
+    folder.mkdir()
+    one = Server(folder)
+    yield one
+    one.close()
+    left = {p.name for p in folder.iterdir() if p.name.startswith(".")}
+    assert left == set(), "what the server wrote for itself is still there"
+
+
+def filled(folder):
+    for k in range(3):
+        shutil.copy(QUAD / f"flight_{k}.parquet", folder)
+    shutil.copy(QUAD / "vehicle.yaml", folder)
+
+
+def test_the_whole_way_from_a_dropped_log_to_a_saved_model(server, chromium, tmp_path):
+    from playwright.sync_api import expect
+
+    context = chromium.new_context(accept_downloads=True, viewport={"width": 1400, "height": 1000})
+    tab = context.new_page()
+    complaints, asked = [], []
+    tab.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)
+    tab.on("pageerror", lambda e: complaints.append(str(e)))
+    tab.on("request", lambda r: asked.append(r.url))
+    tab.goto(server.address)
+    # A broken log first: its finding is on the page, and the rest goes on.
+    broken = tmp_path / "broken.parquet"
+    broken.write_bytes((QUAD / "flight_0.parquet").read_bytes()[:5000])
+    tab.locator("#choose").set_input_files(
+        [broken, *(QUAD / f"flight_{k}.parquet" for k in range(3)), QUAD / "vehicle.yaml"]
+    )
+    row = tab.locator("tr[data-name='broken.parquet']")
+    row.locator(".rejected").wait_for(timeout=60000)
+    assert "broken.parquet" in row.locator("pre").inner_text()
+    for k in range(3):
+        tab.locator(f"tr[data-name='flight_{k}.parquet'] .passed").wait_for(timeout=60000)
+    tab.get_by_label("Ask broken.parquet").uncheck()
+    expect(tab.locator("#model-said")).to_contain_text("4 rotors", timeout=60000)
+    # Cancelled, and asked again.
+    tab.locator("#diagnose").click()
+    tab.locator("#cancel:not([disabled])").click()
+    expect(tab.locator("#step")).to_contain_text("diagnosis cancelled", timeout=60000)
+    tab.locator("#diagnose:not([disabled])").click()
+    expect(tab.locator("#step")).to_contain_text("diagnosing 3 flights", timeout=60000)
+    tab.locator("#answer").wait_for(timeout=180000)
+    assert tab.locator("#summary").inner_text() == "Missing: rotor_effectiveness."
+    frame = tab.frame_locator("#report")
+    frame.locator("html[data-complete=yes]").wait_for(state="attached", timeout=60000)
+    bar = frame.locator("table.bars[data-axis=tx] tr.now")
+    before = float(bar.get_attribute("data-value"))
+    frame.locator("#falls-box-0").uncheck()
+    assert float(bar.get_attribute("data-value")) > 50 * before
+    # With nothing ticked there is nothing to save; with the effect the model is written.
+    tab.locator("#save").click()
+    expect(tab.locator("#error")).to_contain_text("Nothing is ticked", timeout=60000)
+    frame.locator("#falls-box-0").check()
+    tab.locator("#save").click()
+    expect(tab.locator("#note")).to_have_text("improved.yaml is written")
+    model = yaml.safe_load((server.folder / "improved.yaml").read_text())
+    (effect,) = model["effects"]
+    assert effect["name"] == "rotor_effectiveness"
+    assert effect["parameters"]["factor"] == pytest.approx(0.856, abs=0.002)
+    with tab.expect_download() as download:
+        tab.locator("#download").click()
+    assert "Missing: rotor_effectiveness." in Path(download.value.path()).read_text()
+    # The recording is served by rerun's viewer, on this machine, under a policy that lets it ask no other.
+    tab.locator("#record").click()
+    tab.locator("#viewer:not([hidden])").wait_for(timeout=60000)
+    page = tab.url.removeprefix(server.address.rstrip("/")) + "viewer/"
+    for _ in range(100):
+        status, headers, body = server.ask("GET", page)
+        if status == 200:
+            break
+        time.sleep(0.1)
+    assert b"re_viewer.js" in body
+    allowed = re.search("connect-src ([^;]*);", headers["Content-Security-Policy"])[1].split()
+    assert allowed[0] == "'self'"
+    assert [urlsplit(a).hostname for a in allowed[1:]] == ["127.0.0.1"]
+    assert server.ask("GET", page + "other.js")[0] == 404
+    server.viewer = urlsplit(allowed[1]).port
+    assert complaints == []
+    outside = [u for u in asked if not u.startswith((server.address, "data:", "blob:"))]
+    assert outside == []
+    # A second window of the same browser knows the folder, and nothing of the first one's answer.
+    second = context.new_page()
+    second.goto(server.address)
+    second.locator("tr[data-name='flight_0.parquet']").wait_for()
+    assert second.locator("#answer").is_hidden()
+    assert "improved.yaml" in second.locator("#model").inner_text()
+    assert tab.locator("#answer").is_visible()
+    context.close()
+
+
+def test_two_windows_run_at_once_and_one_is_cancelled(server):
+    filled(server.folder)
+    first, second = server.window(), server.window()
+    assert first != second
+    ask = {"model": "vehicle.yaml", "flights": [f"flight_{k}.parquet" for k in range(3)]}
+    assert server.act(first, "diagnose", **ask)[0] == 200
+    assert server.act(second, "check", name="flight_1.parquet")[0] == 200
+    status, said = server.act(first, "check", name="flight_0.parquet")
+    assert status == 400
+    assert "still running" in said["error"]
+    assert server.finished(second)["files"]["flight_1.parquet"]["outcome"] == "passed"
+    assert server.act(first, "cancel")[0] == 200
+    state = server.finished(first)
+    assert state["job"]["state"] == "cancelled"
+    assert state["answer"] is None
+    assert state["files"] == {}
+    written = {p.name for p in server.folder.iterdir() if not p.name.startswith(".")}
+    assert written == {"vehicle.yaml", *(f"flight_{k}.parquet" for k in range(3))}
+
+
+def test_a_log_is_imported_and_a_damaged_one_told(server):
+    window = server.window()
+    log = (QUAD / "log/board.csv").read_bytes()
+    for name, body in (
+        ("board.csv", log),
+        ("noise.ulg", os.urandom(4000)),
+        ("vehicle.yaml", b"mass: [1, 2"),
+        ("e.bag", b""),
+    ):
+        status, _, said = server.ask("POST", f"{window}/upload?name={name}", body)
+        assert status == 200, said
+        assert server.act(window, "check", name=name)[0] == 200
+        found = server.finished(window)["files"][name]
+        assert found["outcome"] == "rejected", found
+        assert name in found["report"]
+        assert "Traceback" not in found["report"]
+    assert server.process.poll() is None
+
+
+@pytest.mark.parametrize(
+    ("name", "written"),
+    [
+        ("../../evil.parquet", "evil.parquet"),
+        ("..\\..\\evil.parquet", "evil.parquet"),
+        ("/etc/cron.d/x.csv", "x.csv"),
+        ("-rf.parquet", "rf.parquet"),
+        (".hidden.csv", "hidden.csv"),
+        ("a b<script>.csv", "a_b_script.csv"),
+        ("x\x00y.csv", "x_y.csv"),
+        ("x" * 400 + ".csv", "x" * 100 + ".csv"),
+        ("....csv", "file.csv"),
+        ("flight_0.parquet", "flight_0-2.parquet"),
+    ],
+)
+def test_a_name_is_only_a_name(server, name, written):
+    shutil.copy(QUAD / "flight_0.parquet", server.folder)
+    before = (server.folder / "flight_0.parquet").read_bytes()
+    status, _, said = server.ask("POST", f"{server.window()}/upload?name={quote(name, safe='')}", b"t,px\n0,1\n")
+    assert status == 200, said
+    assert json.loads(said)["name"] == written
+    assert (server.folder / written).read_bytes() == b"t,px\n0,1\n"
+    assert (server.folder / "flight_0.parquet").read_bytes() == before
+    assert {p.name for p in server.folder.parent.iterdir()} == {"flights"}
+
+
+@pytest.mark.parametrize("name", ["x.pkl", "x.pickle", "x.npy", "x.py", "x", "x.parquet.exe", "", "x.yaml/"])
+def test_what_could_run_is_not_taken(server, name):
+    status, _, said = server.ask("POST", f"{server.window()}/upload?name={quote(name, safe='')}", b"cos\nsystem\n")
+    assert status == 400
+    assert "expected .parquet, .csv" in json.loads(said)["error"]
+    assert [p for p in server.folder.iterdir() if not p.name.startswith(".")] == []
+
+
+def test_an_upload_is_limited_also_where_it_does_not_say_its_size(tmp_path):
+    (tmp_path / "flights").mkdir()
+    server = Server(tmp_path / "flights", "--upload-limit", "1")
+    window = server.window()
+    wire = http.client.HTTPConnection("127.0.0.1", server.port, timeout=30)
+    chunks = (b"0,1\n" * 25000 for _ in range(30))
+    try:
+        wire.request("POST", f"{window}/upload?name=big.csv", chunks, {"Origin": server.origin}, encode_chunked=True)
+        status = wire.getresponse().status
+    except (ConnectionError, http.client.HTTPException):
+        status = 400  # the server hung up while we were still sending
+    assert status == 400
+    assert server.ask("POST", f"{window}/upload?name=small.csv", b"0,1\n" * 250)[0] == 200
+    assert {p.name for p in server.folder.iterdir() if not p.name.startswith(".")} == {"small.csv"}
+    assert list(server.folder.glob(".*/**/*.part")) == []
+    server.close()
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"Host": "evil.example"},
+        {"Host": "127.0.0.1.evil.example:80"},
+        {"Origin": "http://evil.example"},
+        {"Origin": "null"},
+        {"Origin": None},
+        {"Sec-Fetch-Site": "cross-site"},
+    ],
+)
+def test_only_its_own_page_may_ask(server, headers):
+    filled(server.folder)
+    window = server.window()
+    body = json.dumps({"name": "flight_0.parquet"}).encode()
+    assert server.ask("POST", f"{window}/check", body, **headers)[0] == 403
+    assert server.ask("POST", f"{window}/upload?name=x.csv", b"1", **headers)[0] == 403
+    assert server.state(window)["job"] is None
+    assert not (server.folder / "x.csv").exists()
+    if "Origin" not in headers:
+        assert server.ask("GET", f"{window}/state", **headers)[0] == 403
+
+
+def test_only_listed_files_are_used_and_no_other_is_served(server, tmp_path):
+    filled(server.folder)
+    secret = tmp_path / "secret.parquet"
+    shutil.copy(QUAD / "flight_0.parquet", secret)
+    (server.folder / "link.parquet").symlink_to(secret)
+    window = server.window()
+    for name in (
+        "../secret.parquet",
+        str(secret),
+        "link.parquet",
+        "./flight_0.parquet",
+        "",
+        None,
+        {"a": 1},
+        "vehicle.yaml",
+    ):
+        status, said = server.act(window, "diagnose", model="vehicle.yaml", flights=[name])
+        assert status == 400, name
+        assert "no file" in said["error"]
+    assert server.act(window, "save", name="new.yaml", effects=[])[0] == 400
+    for path in (
+        "/etc/passwd",
+        f"{window}/../../etc/passwd",
+        f"{window}/app.py",
+        f"{window}/report",
+        "/w/" + "A" * 32 + "/state",
+    ):
+        assert server.ask("GET", path)[0] == 404, path
+    for body in (b"[1]", b"{", b'{"flights": "x"}'):
+        assert server.ask("POST", f"{window}/diagnose", body)[0] == 400
+    assert server.ask("POST", f"{window}/diagnose", b" " * 1_100_000)[0] in (400, 413)
+    assert server.state(window)["job"] is None
+
+
+def test_it_listens_on_this_machine_alone(server):
+    listening = Path("/proc/net/tcp").read_text() if Path("/proc/net/tcp").exists() else None
+    if listening is None:
+        pytest.skip("no /proc/net/tcp on this system")
+    places = [line.split()[1] for line in listening.splitlines()[1:] if line.split()[3] == "0A"]
+    assert [p for p in places if p.endswith(f":{server.port:04X}")] == [f"0100007F:{server.port:04X}"]
+
+
+def test_a_model_that_points_out_of_the_folder_is_refused(server, tmp_path):
+    shutil.copy(QUAD / "vehicle.yaml", tmp_path / "outside.yaml")
+    (server.folder / "model.yaml").write_text("vehicle: ../outside.yaml\neffects: []\n")
+    window = server.window()
+    server.act(window, "check", name="model.yaml")
+    found = server.finished(window)["files"]["model.yaml"]
+    assert found["outcome"] == "rejected"
+    assert "outside the folder" in found["report"]
+
+
+def test_a_folder_that_is_not_there_is_one_line(tmp_path):
+    words = [sys.executable, "-m", "infotraj.cli", "app", str(tmp_path / "none"), "--port", "0", "--no-browser"]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 3
+    assert len(done.stderr.splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_safe_name_has_one_of_the_suffixes(tmp_path):
+    assert safe_name("../A model!.YAML", MODELS) == "A_model.yaml"
+    with pytest.raises(UsageError):
+        safe_name("model.yaml.txt", MODELS)
+    folder = Folder(tmp_path, tmp_path)
+    part = tmp_path / "part"
+    for expected in ("a.yaml", "a-2.yaml", "a-3.yaml"):
+        part.write_text(expected)
+        assert folder.take(part, "a.yaml").name == expected
+        assert (tmp_path / expected).read_text() == expected
+        assert not part.exists()

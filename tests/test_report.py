@@ -1,0 +1,208 @@
+"""The report: what the page says is what the diagnosis found, no peak is lost, and nothing in it can run."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from infotraj.report.again import FORM, read_content
+from infotraj.report.bars import gains
+from infotraj.report.combinations import boxes
+from infotraj.report.formats import change, numbers, prefixed, significant
+from infotraj.report.page import page
+from infotraj.report.series import packed, reduced, unpacked
+
+AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
+
+
+def command(*words, cwd=None):
+    return subprocess.run(
+        [sys.executable, "-m", "infotraj.cli", "report", *map(str, words)], capture_output=True, text=True, cwd=cwd
+    )
+
+
+@pytest.fixture(scope="module")
+def content(quad_report):
+    return read_content(quad_report / "report.json")
+
+
+@given(st.integers(2, 3000), st.integers(4, 400), st.integers(0, 2**31))
+def test_reducing_keeps_the_lowest_and_the_highest_value_of_every_bucket(rows, most, seed):
+    rng = np.random.default_rng(seed)
+    t = np.cumsum(rng.uniform(0.005, 0.02, rows))
+    values = rng.standard_t(2, (rows, 2))
+    values[rng.random(rows) < 0.1, 1] = np.nan
+    at, shown = reduced(t, values, most)
+    assert len(at) <= max(most, 2)
+    assert np.all(np.diff(at) > 0)
+    if rows <= most:
+        assert shown is values
+        return
+    edges = np.linspace(t[0], t[-1], len(at) // 2 + 1)
+    slot = np.minimum(((t - t[0]) / (edges[1] - edges[0])).astype(int), len(at) // 2 - 1)
+    for c in range(2):
+        for bucket in range(len(at) // 2):
+            inside = values[slot == bucket, c]
+            inside = inside[np.isfinite(inside)]
+            pair = shown[2 * bucket : 2 * bucket + 2, c]
+            if not len(inside):
+                assert np.isnan(pair).all()
+                continue
+            assert (pair.min(), pair.max()) == (inside.min(), inside.max())
+            assert (pair[0] <= pair[1]) == (np.argmin(inside) <= np.argmax(inside))
+
+
+def test_packed_numbers_come_back_with_what_is_missing():
+    values = np.array([1.5, np.nan, -3e-7, 1e6])
+    np.testing.assert_allclose(unpacked(packed(values)), values, rtol=1e-7)
+
+
+def test_more_effects_than_boxes_share_the_last_box():
+    assert boxes(["a", "b"]) == (("a",), ("b",))
+    assert boxes([]) == ()
+    assert boxes(list("abcdef")) == (("a",), ("b",), ("c",), ("d", "e", "f"))
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.0123456, "0.0123"), (-2.5e-7, "−2.5 × 10⁻⁷"), (None, "–"), (1234.0, "1.23 × 10³"), (0.0, "0")],
+)
+def test_numbers_have_the_digits_that_mean_something(value, text):
+    assert significant(value) == text
+
+
+def test_a_change_to_nearly_nothing_keeps_what_is_left():
+    assert change(-0.72) == "−72\u00a0%"
+    assert change(-0.9997) == "−99.97\u00a0%"
+    assert change(0.031) == "+3.1\u00a0%"
+
+
+def test_a_number_of_an_effect_has_as_many_digits_as_its_error():
+    row = {"parameters": {"rotor": 3, "r": [0.01234, -2.0]}, "standard_errors": {"r": [0.00012, 0.5]}}
+    assert numbers(row, {"units": {"r": "m", "rotor": "-"}}) == ["rotor 3", "r (0.01234 ± 0.00012, -2.00 ± 0.50) m"]
+    assert prefixed("N m", 0.04) == (1e3, "mN m")
+
+
+def test_the_bars_are_the_errors_of_the_series_that_are_drawn(content):
+    """The page's two accounts of one thing: bars from sums over blocks, lines from base64."""
+    fall, traces = content["fall"], content["traces"]
+    assert len(fall["rmse"]) == 2 ** len(fall["boxes"]) == 2
+    for k, row in enumerate(fall["rmse"]):
+        for axis in AXES:
+            left = []
+            for flight in traces["flights"]:
+                own = flight["axes"][axis]
+                left.append(unpacked(own["measured"]) - unpacked(own["model"][k]))
+            rms = float(np.sqrt(np.nanmean(np.concatenate(left) ** 2)))
+            assert rms == pytest.approx(row[axis], rel=1e-3)
+    # Nothing is fitted in the model as given: its held-out error is its error.
+    for axis, before in content["answer"]["error"]["before"].items():
+        assert fall["rmse"][0][axis] == pytest.approx(before, rel=1e-9)
+
+
+def test_the_effect_that_is_named_is_what_makes_the_error_fall(content, quad_report):
+    assert content["answer"]["verdict"]["supported"] == ["rotor_effectiveness"]
+    assert (quad_report / "stdout").read_text() == "Missing: rotor_effectiveness.\n"
+    (gain,) = gains(content)
+    assert gain["axis"] in ("tx", "ty")
+    assert gain["low"] < gain["after"] < gain["high"] < 0.02 * gain["before"]
+    heat = {row["axis"]: row["cells"] for row in content["heat"]["rows"]}
+    assert all(cell["before"] > 10 > 2 > cell["after"] for cell in heat["tx"])
+    assert "rotor_effectiveness" in (quad_report / "new.yaml").read_text()
+
+
+def test_the_next_command_uses_the_model_that_was_written(content, quad_report):
+    commands = [row["command"] for row in content["next"]]
+    assert any(c.startswith(f"infotraj compare {quad_report / 'new.yaml'} ") for c in commands)
+    assert not any("--save-model" in c for c in commands)
+
+
+def normalised(text):
+    """Bokeh counts its models on through a process."""
+    return re.sub(r'"p\d+"', '"p"', text)
+
+
+def test_the_page_is_drawn_again_from_its_json_without_computing(quad_report, tmp_path):
+    done = command("--from-json", quad_report / "report.json", "-o", tmp_path / "again.html")
+    assert done.returncode == 0, done.stderr
+    first, again = ((f / n).read_text() for f, n in ((quad_report, "report.html"), (tmp_path, "again.html")))
+    assert normalised(first) == normalised(again)
+    code = (
+        "import sys, infotraj.report.page, infotraj.report.again; "
+        "heavy = {'scipy', 'numba', 'matplotlib', 'infotraj.diagnosis.diagnosis'} & set(sys.modules); "
+        "assert not heavy, heavy"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_nothing_of_a_file_name_or_a_finding_can_run_in_the_page(content):
+    hostile = "</script><script>document.title='hurt'</script><img src=x onerror=alert(1)>"
+    changed = json.loads(json.dumps(content))
+    changed["flights"][0]["name"] = changed["answer"]["verdict"]["summary"] = hostile
+    changed["windows"][0]["name"] = changed["fall"]["boxes"][0]["label"] = hostile
+    changed["answer"]["effects"][0]["reason"] = changed["next"][0]["command"] = hostile
+    text = page(changed)
+    assert "<script>document.title" not in text
+    assert "<img" not in text
+    assert "&lt;/script&gt;" in text
+
+
+def test_what_the_page_needs_is_in_it(quad_report):
+    text = (quad_report / "report.html").read_text()
+    assert not re.search(r"<(?:script|img|link|iframe)[^>]+(?:src|href)=[\"'](?!data:)", text)
+    assert "default-src 'none'" in text
+    assert len(text) < 3e6
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [("not json", "Expecting value"), ('{"form": 99}', "form 99"), ("[]", "form none"), (None, "No such file")],
+)
+def test_a_content_of_another_kind_is_one_line_and_no_page(text, said, tmp_path):
+    path = tmp_path / "report.json"
+    if text is not None:
+        path.write_text(text)
+    done = command("--from-json", path, "-o", tmp_path / "out" / "page.html")
+    assert done.returncode == 3
+    assert said in done.stderr
+    assert f"form {FORM}" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["-o", "page.html"],
+        ["vehicle.yaml", "-o", "page.html"],
+        ["--from-json", "r.json", "vehicle.yaml", "f.parquet", "-o", "page.html"],
+        ["--from-json", "r.json", "--save-model", "new.yaml", "-o", "page.html"],
+    ],
+)
+def test_either_flights_or_a_file_are_asked_for(words, tmp_path):
+    done = command(*words, cwd=tmp_path)
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+    assert list(Path(tmp_path).iterdir()) == []
+
+
+def test_flights_without_a_measured_wrench_and_without_an_answer_have_a_page_too(content):
+    """Poses alone are judged by the pose; flights that nothing can be judged on get their reason once."""
+    bare = json.loads(json.dumps(content))
+    bare["traces"] = {"axes": [], "flights": [{"t": "", "bucket": None, "axes": {}}] * 3, "windows": []}
+    bare["fall"] |= {"axes": [], "boxes": content["fall"]["boxes"]}
+    bare |= {"places": [], "windows": [], "offsets": [], "leftover": []}
+    bare["heat"]["rows"] = []
+    text = page(bare)
+    assert "no measured wrench to draw" in text
+    assert 'data-bit="0"' not in text
+    assert 'data-bit="0"' in page(content)
+    refused = json.loads(json.dumps(content))
+    refused["answer"]["axes"] = {a: {"judged": False, "reason": "they hover", "coherence": None} for a in AXES}
+    assert "Anything about fx, fy, fz, tx, ty, tz: they hover." in page(refused)
