@@ -32,11 +32,13 @@ def test_a_log_as_an_autopilot_writes_it_passes(seed):
     assert rejections(autopilot(clean(seed), VEHICLE, np.random.default_rng([1, seed]))) == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(6))
 def test_a_nanodrones_log_with_a_poor_accelerometer_passes(seed):
     assert rejections(nanodrone(clean(seed), VEHICLE, np.random.default_rng([2, seed]))) == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("kind", "code"),
     [

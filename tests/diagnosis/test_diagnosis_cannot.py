@@ -139,6 +139,7 @@ FILES = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["omav", "quadrotor"])
 @pytest.mark.parametrize("case", LOGS)
 def test_a_log_whose_actuators_do_not_say_is_doubted(case, name):

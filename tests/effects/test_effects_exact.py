@@ -210,6 +210,7 @@ def test_effects_compose_in_the_order_of_the_catalogue(case):
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "effect", "other"),
     [

@@ -120,6 +120,7 @@ def small_pool():
     return Pool(flights)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("lengthscale", [None, 1.0])
 def test_the_flight_that_covers_the_task_is_chosen_and_teaches_most(lengthscale):
     settings = stage.Settings(region_points=150, restarts=1, lengthscale=lengthscale)

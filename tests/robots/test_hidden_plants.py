@@ -17,6 +17,7 @@ LOOSE = {"battery_sag exponent": 0.15, "suspended_load": 0.6}
 SMALL = ("gyro_bias",)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("vehicle", "effect", "values"), CASES, ids=lambda v: v if isinstance(v, str) else "")
 def test_the_true_parameters_explain_the_plant(vehicle, effect, values):
     found = flights(vehicle, effect, values)
