@@ -138,12 +138,13 @@ def test_in_the_dark_page_and_lines_change_and_paper_stays_white(chromium, quad_
     assert page.tab.evaluate(color) == "rgb(21, 24, 27)"
     assert page.tab.evaluate(line) == "#56b4e9"
     page.tab.emulate_media(media="print")
+    width = page.tab.evaluate("document.querySelector('[data-root=trace-tx]').clientWidth")
     page.tab.evaluate("dispatchEvent(new Event('beforeprint'))")
     assert page.tab.evaluate(color) == "rgb(255, 255, 255)"
-    shown = "(p => [p.style.filter, p.getBoundingClientRect().width])(document.querySelector('[data-root=trace-tx]'))"
-    turned, width = page.tab.evaluate(shown)
+    shown = "(p => [p.style.filter, parseFloat(p.style.zoom)])(document.querySelector('[data-root=trace-tx]'))"
+    turned, zoom = page.tab.evaluate(shown)
     assert turned.startswith("invert(1)")
-    assert width <= 700
+    assert zoom * width == pytest.approx(680)  # the width of a sheet
     assert page.tab.locator("details:not([open])").count() == 0
     page.context.close()
 
