@@ -105,7 +105,9 @@ def _thrust_over_mass(made: Fit, spike: Array, covariance: Array) -> list[FileNu
     weight = np.zeros(len(linear.columns))
     for i, c in enumerate(linear.columns):
         name = c.candidate.name
-        if name == "rotor_effectiveness" and (spike[i] > 0 or c.candidate.label in labels):
+        if c.candidate.label in labels:
+            continue
+        if name == "rotor_effectiveness" and spike[i] > 0:
             weight[i] = c.scale / len(vehicle.rotors)
         elif name == "mass_offset" and spike[i] > 0:
             weight[i] = -c.scale / vehicle.mass
