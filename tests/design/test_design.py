@@ -105,7 +105,7 @@ def test_rotors_are_kept_within_what_the_file_or_the_flights_say():
 
 
 def belief(count, rng, keys):
-    columns = [SimpleNamespace(candidate=SimpleNamespace(label=a), place=b, scale=2.0) for a, b in keys]
+    columns = [SimpleNamespace(candidate=SimpleNamespace(label=a), place=b, scale=2.0, slope=1.0) for a, b in keys]
     root = rng.standard_normal((count, count))
     fit = SimpleNamespace(linear=SimpleNamespace(columns=columns))
     return Belief(fit, tuple(range(count)), 0.3 * root @ root.T / count)

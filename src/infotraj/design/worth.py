@@ -17,7 +17,6 @@ import numpy as np
 from infotraj.diagnosis.gates.observing import observe
 from infotraj.diagnosis.judge.evidence import overdispersion
 from infotraj.diagnosis.judge.groups import AS_PROBABLE
-from infotraj.diagnosis.linear.candidates import places
 from infotraj.diagnosis.linear.observation import Member, Observation, inward, packed, unpacked
 from infotraj.diagnosis.linear.sensitivities import SMALL, columns_of
 from infotraj.diagnosis.noise.spectra import spectra
@@ -164,10 +163,7 @@ class Question:
         at = [k for k, (name, _) in enumerate(self.first.keys) if name == label]
         linear = self.first.fit.linear
         columns = [linear.columns[self.first.free[k]] for k in at]
-        own = [places(c.candidate, linear.observation.vehicle)[c.place] for c in columns]
-        scale = np.array(
-            [abs(c.scale) * p.slope(p.value(p.absent + c.now * c.scale)) for c, p in zip(columns, own, strict=True)]
-        )
+        scale = np.array([abs(c.scale) * c.slope for c in columns])
         now = self.first.covariance
         factor = _factor(now)
         G = gram.products[: len(now), : len(now)] / self.spread

@@ -26,7 +26,8 @@ class Column:
     """One number: its candidate, place in the form, usual size, value now and bounds, usual sizes from absent (or from
     what is healthy).
 
-    idle: it changes nothing on its own (the length of a cable without a load).
+    idle: it changes nothing on its own (the length of a cable without a load); slope: by how much the number
+    changes with its coordinate, which is what all this is of.
     """
 
     candidate: Candidate
@@ -36,6 +37,7 @@ class Column:
     low: float
     high: float
     idle: bool = False
+    slope: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -331,4 +333,5 @@ def _column(candidate: Candidate, place: int, value: float, observation: Observa
     low = max(p.low, least) if least == p.absent else p.low
     low, high = sorted(((low - base) / p.scale, (p.high - base) / p.scale))
     now = 0.0 if absent and not idle else (value - base) / p.scale
-    return Column(candidate, place, p.scale, float(now), low, high, idle)
+    slope = p.slope(p.value(base + now * p.scale))
+    return Column(candidate, place, p.scale, float(now), low, high, idle, slope)
