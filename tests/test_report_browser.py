@@ -1,7 +1,5 @@
 """The report in a browser: everything is there, nothing leaves the page, and a tick changes bars and series."""
 
-import time
-
 import numpy as np
 import pytest
 
@@ -30,10 +28,16 @@ class Opened:
         self.tab.on("request", lambda r: self.asked.append(r.url))
         self.tab.on("console", lambda m: self.complaints.append(m.text) if m.type in ("error", "warning") else None)
         self.tab.on("pageerror", lambda e: self.complaints.append(str(e)))
-        begun = time.perf_counter()
+        self.session = self.context.new_cdp_session(self.tab)
+        self.session.send("Performance.enable", {"timeDomain": "threadTicks"})
         self.tab.goto(path.as_uri())
-        self.tab.wait_for_selector("html[data-complete=yes]", state="attached", timeout=60000)
-        self.seconds = time.perf_counter() - begun
+        self.tab.wait_for_selector("html[data-complete=yes]", state="attached", timeout=120000)
+
+    @property
+    def seconds(self):
+        """CPU time (s) of the page's main thread until now: what else the machine does is no matter."""
+        found = self.session.send("Performance.getMetrics")["metrics"]
+        return next(m["value"] for m in found if m["name"] == "TaskDuration")
 
     def line(self, axis, line):
         """A series as it is drawn, NaN where there is none."""
@@ -189,12 +193,14 @@ def test_six_flights_of_ten_minutes_stay_small_and_quick(chromium, content, tmp_
     write_page(long, tmp_path / "long.html")
     assert (tmp_path / "long.html").stat().st_size < 10e6
     page = Opened(chromium, tmp_path / "long.html")
-    # 2 s and 0.15 s of CPU time (docs/report.md): these limits are for a machine that does other things, too.
-    assert page.seconds < 12.0
-    zoom = """async () => { const begun = performance.now(); infotraj.moveTo(100, 200);
-        for (let k = 0; k < 2; k++) await new Promise(r => requestAnimationFrame(() => setTimeout(r)));
-        return performance.now() - begun; }"""
-    assert min(page.tab.evaluate(zoom) for _ in range(3)) < 1000.0
+    # 2 s and 0.15 s of CPU time (docs/report.md); a machine with other things to do is slower at them, too.
+    opened = page.seconds
+    assert 0.1 < opened < 6.0
+    zoom = """async () => { infotraj.moveTo(100, 200);
+        for (let k = 0; k < 2; k++) await new Promise(r => requestAnimationFrame(() => setTimeout(r))); }"""
+    for _ in range(3):
+        page.tab.evaluate(zoom)
+    assert (page.seconds - opened) / 3 < 0.6
     # The spike of one row in 60 000 is drawn, and a window is drawn row by row.
     assert np.nanmax(page.line("fx", "measured")) == pytest.approx(99.0)
     assert "lowest and highest" in page.tab.locator("#bucket").inner_text()
