@@ -91,7 +91,7 @@ def test_an_effect_without_a_number_left_is_lost():
     assert "predicted worse" in made.lost["linear_drag"]
 
 
-@pytest.mark.parametrize(("worst", "scale", "held_back"), [(1.04, 3.0, True), (1.2, 3.0, False), (1.04, 9.0, False)])
+@pytest.mark.parametrize(("worst", "scale", "held_back"), [(1.04, 3.0, True), (1.2, 3.0, False), (1.04, 9.0, True)])
 def test_an_effect_that_a_wrong_file_hides_stays_sure_where_the_corrected_file_predicts_no_axis_worse(
     monkeypatch, worst, scale, held_back
 ):

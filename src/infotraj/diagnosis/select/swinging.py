@@ -46,8 +46,10 @@ def swung(now: Linear, known: Sequence[Candidate]) -> Linear:
             more[candidate.label] = [best]
     if not more:
         return now
-    # Weighed anew: where a column appears that explains an axis, its error is noise no more.
-    return linearised(now.observation, now.point, known, more, like=now).weighed_by(now.observation)
+    found = linearised(now.observation, now.point, known, more, like=now)
+    # Weighed anew: where a column appears that explains an axis, its error is noise no more. What healthy flights leave
+    # unexplained stays noise.
+    return found if now.observation.healthy is not None else found.weighed_by(now.observation)
 
 
 def _scanned(now: Linear, candidate: Candidate, shape: int) -> Variant | None:
