@@ -32,10 +32,23 @@ Control = namedtuple("Control", "tilting mixer gains_p gains_a arms k_f mass ine
 Path = namedtuple("Path", "center amplitude frequency phase turn turn_frequency turn_phase")
 
 
-def fly(vehicle, effects, *, seconds=8.0, seed=0, noise=None, row=ROW, substep=SUBSTEP, share_commands=True, start=0.0):
+def fly(
+    vehicle,
+    effects,
+    *,
+    seconds=8.0,
+    seed=0,
+    noise=None,
+    row=ROW,
+    substep=SUBSTEP,
+    share_commands=True,
+    start=0.0,
+    motion=1.0,
+):
     """A flight table (pandas) of the vehicle with hidden `effects` {name: {parameter: value}} (or a list of pairs).
 
-    noise: None, or standard deviations {"gyro", "accelerometer", "position", "attitude", "velocity"} a sample.
+    noise: None, or standard deviations {"gyro", "accelerometer", "position", "attitude", "velocity"} a sample;
+    motion: times the usual path.
     """
     pairs = list(effects.items()) if isinstance(effects, dict) else list(effects)
     by_name = {name: dict(values) for name, values in pairs}
@@ -53,7 +66,7 @@ def fly(vehicle, effects, *, seconds=8.0, seed=0, noise=None, row=ROW, substep=S
         air,
         other,
         _control(vehicle, share_commands),
-        _path(vehicle, rng),
+        _path(vehicle, rng, motion),
     )
     state, imu, cmd_rotor, cmd_tilt, rotor, tilt = out
     turn = _rotation(np.array(by_name.get("imu_misalignment", {}).get("rotvec", np.zeros(3)), dtype=float))
@@ -236,7 +249,7 @@ def _control(vehicle, share_commands):
     )
 
 
-def _path(vehicle, rng):
+def _path(vehicle, rng, motion):
     """Sums of two sines for x, y, z and, where the vehicle can, three angles; low over the ground once in a while."""
     amplitude = np.array([[1.0, 0.25], [0.9, 0.3], [0.5, 0.12]])
     frequency = np.array([[1.4, 3.1], [1.1, 2.7], [1.7, 4.3]]) * rng.uniform(0.85, 1.15, (3, 2))
@@ -245,10 +258,10 @@ def _path(vehicle, rng):
     turn_frequency = np.array([[1.9, 4.1], [1.6, 3.7], [0.9, 2.3]]) * rng.uniform(0.85, 1.15, (3, 2))
     return Path(
         np.array([0.0, 0.0, 0.95]),
-        amplitude,
+        motion * amplitude,
         frequency,
         phase,
-        turn,
+        motion * turn,
         turn_frequency,
         rng.uniform(-np.pi, np.pi, (3, 2)),
     )

@@ -57,13 +57,15 @@ class OriginPath:
     """Specific force of the body's origin, m/s^2, world axes, from `start` to `stop` (s since the first row).
 
     at(time (N,) s) gives it, (N, 3), between the recorded samples. first_speed (m/s): the origin's at the start, NaN
-    where the flight does not say.
+    where the flight does not say. across(time (N,) s): two directions across all thrusts (N, 2, 3), world axes, and the
+    specific force and the velocity (m/s) along them, (N, 2); None where the flight or the vehicle has none.
     """
 
     start: float
     stop: float
     first_speed: float
     at: Callable[[Array], Array]
+    across: Callable[[Array], tuple[Array, Array, Array]] | None = None
 
 
 @dataclass(frozen=True)

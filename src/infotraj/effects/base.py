@@ -78,6 +78,7 @@ class Effect(ABC):
     repeatable: ClassVar[bool] = False
     linear: ClassVar[bool] = False
     beside: ClassVar[tuple[str, ...]] = ()  # without any of these in the model it changes nothing; (): acts by itself
+    states: ClassVar[int] = 0  # numbers of each flight's own that are found with it
     exact: ClassVar[bool] = False  # mechanics or a constant, not a formula that approximates what happens
 
     def __init__(self, **values: Any) -> None:

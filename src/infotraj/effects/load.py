@@ -9,6 +9,7 @@ from numba import njit
 
 from infotraj.effects.along import Along, OriginPath
 from infotraj.effects.base import Effect, Load, Parameter
+from infotraj.effects.first_swing import STATES, first_swing
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
@@ -24,9 +25,9 @@ class SuspendedLoad(Effect):
     moves by q'' = -|q'|^2 q - (f - (q . f) q) / length, and the cable pulls the origin along q with
     mass x (length |q'|^2 - q . f): Sreenath, Lee and Kumar, "Geometric control and differential flatness of a quadrotor
     UAV with a cable-suspended load" (2013), eq. 1-2, with the origin's motion given. The load is integrated along the
-    recorded motion; its own pull on f is part of the prediction. In the flight's first row it is at rest against the
+    recorded motion; its own pull on f is part of the prediction. In the flight's first row it is near rest against the
     origin: straight below it where the origin is at rest (below 0.1 m/s), else along the specific force there (of the
-    straight line through the first 0.1 s).
+    straight line through the first 0.1 s). How near is found from the flight, where its sensors show it (first_swing).
     """
 
     name = "suspended_load"
@@ -37,6 +38,7 @@ class SuspendedLoad(Effect):
     )
     needs = ("mass", "body motion", "specific force")
     needs_to_act = ("mass", "body motion")
+    states = STATES
     source = "Sreenath, Lee and Kumar (2013), eq. 1-2"
 
     @classmethod
@@ -70,7 +72,19 @@ class SuspendedLoad(Effect):
             early = np.arange(0, max(2, round(_FIRST / step)) * 2 + 1)[: len(force)]
             line = np.polynomial.polynomial.polyfit(early, force[early], 1)[0]
             up = line / np.linalg.norm(line)
-        return path.start, step, _swing(force, step, self.length, -up)
+        first, rate = -up, np.zeros(3)
+        if path.across is not None:
+            time = path.start + step * np.arange(steps + 1)
+
+            def swing(q: Array, q_dot: Array) -> tuple[Array, Array]:
+                states = _swing(force, step, self.length, q, q_dot)
+                q, q_dot = states[:, 0], states[:, 1]
+                along = np.einsum("ni,ni->n", q, force[::2])
+                return q, self.length * np.einsum("ni,ni->n", q_dot, q_dot) - along
+
+            free = math.sqrt(float(np.linalg.norm(force.mean(axis=0))) / self.length)
+            first, rate = first_swing(path.across, swing, time, first, free)
+        return path.start, step, _swing(force, step, self.length, first, rate)
 
 
 @njit(cache=True)
@@ -98,11 +112,11 @@ def _between(states: Array, place: Array, step: float) -> tuple[Array, Array]:
 
 
 @njit(cache=True)
-def _swing(force, step, length, first):
+def _swing(force, step, length, first, rate):
     """Runge-Kutta of fourth order; force (2 m + 1, 3) at full and half steps."""
     count = (len(force) + 1) // 2
     out = np.empty((count, 3, 3))
-    q, v = (first[0], first[1], first[2]), (0.0, 0.0, 0.0)
+    q, v = (first[0], first[1], first[2]), (rate[0], rate[1], rate[2])
     for n in range(count):
         a1 = _acceleration(q, v, force[2 * n], length)
         for i in range(3):

@@ -10,7 +10,6 @@ from itertools import pairwise
 from typing import Any, TypeVar
 
 import numpy as np
-from scipy.signal import savgol_filter
 
 from infotraj import rotations
 from infotraj.dynamics.inputs import for_vehicle
@@ -19,6 +18,7 @@ from infotraj.effects.laws import ActuatorLaw, AirLaw, ImuLaw
 from infotraj.flight import Flight
 from infotraj.models.actuation import rotors_at, tilts_at
 from infotraj.models.interpolation import interpolate
+from infotraj.models.origin_path import origin_path
 from infotraj.models.recorded import Recorded, Samples, recorded, slopes
 from infotraj.models.rotor_wrench import wrench_of_inputs
 from infotraj.models.sensor_lag import slope
@@ -27,7 +27,6 @@ from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
 T = TypeVar("T")
-_SMOOTHED = 0.25  # s: a cubic over it keeps 94 % of what a vehicle does at 3 Hz, 70 % at 5 Hz
 _BESIDE = 64  # samples beside a segment that interpolation may look at, enough to know their usual interval
 SEGMENT = 4096  # rows evaluated at once, so that memory does not grow with the flight
 _KEPT_ROWS = 40_000  # of a longer flight nothing is kept that grows with rotors and rows
@@ -145,22 +144,12 @@ class Prepared:
 
     def origin_path(self, imu: ImuLaw) -> OriginPath | None:
         """The specific force of the body's origin in world axes, sample by sample; from the velocity where needed."""
-        r = self.recorded
-        force = self.true_specific_force(imu)
-        if r.attitude is not None and force is not None:
-            times = force.times
-            world = rotations.to_world(rotations.normalize(_at(r.attitude, times)), force.values)
-        elif r.velocity is not None:
-            times, up = r.velocity.times, np.array([0.0, 0.0, self.vehicle.gravity])
-            world = _slope(r.velocity) + up
-        else:
-            return None
-        speed = np.linalg.norm(r.velocity.values[:5].mean(axis=0)) if r.velocity is not None else np.nan
-        times = times - self.start
-        return OriginPath(float(times[0]), float(times[-1]), float(speed), partial(interpolate, times, world))
+        return origin_path(self.vehicle, self.recorded, self.true_specific_force(imu), self.start)
 
     def _of_flight(self, key: Hashable, imu: ImuLaw, imu_key: Hashable, make: Callable[[OriginPath], T]) -> T:
-        return self.kept.get("of flight", (key, imu_key), lambda: make(self.origin_path(imu)))
+        return self.kept.get(
+            "of flight", (key, imu_key), lambda: make(self.kept.get("path", imu_key, lambda: self.origin_path(imu)))
+        )
 
     def _segments(self, imu: ImuLaw, command_delay: float) -> list[Segment]:
         t = self.recorded.t - imu.delay
@@ -194,20 +183,6 @@ class Prepared:
             (rotor_key, tilt_key, law.tilt_bias.tobytes()),
             lambda: Actuation(*rotor[here], tilt[here][0] + law.tilt_bias, tilt[here][1]),
         )
-
-
-def _slope(velocity: Samples) -> Array:
-    """Acceleration (m, 3), smoothed (Savitzky and Golay 1964) where the velocity itself is the slope of positions."""
-    times, values = velocity.times, velocity.values
-    step = float(np.median(np.diff(times)))
-    even = np.arange(times[0], times[-1] + step / 2, step)
-    width = 2 * int(_SMOOTHED / step / 2) + 1
-    if not velocity.derived or width < 5 or len(even) < width:
-        return slopes(velocity)
-    # Frames that are missing or late are put on an even grid.
-    gridded = np.stack([np.interp(even, times, x) for x in values.T], axis=1)
-    smooth = savgol_filter(gridded, width, 3, deriv=1, delta=step, axis=0)
-    return np.stack([np.interp(times, even, x) for x in smooth.T], axis=1)
 
 
 def _at(samples: Samples | None, time: Array) -> Array | None:

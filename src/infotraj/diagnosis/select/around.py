@@ -225,7 +225,7 @@ def linearised(
     more: further linearisations by label; like: an earlier one, whose columns of absent effects are used again, but for
     those that act only beside others which have changed; frozen: its weights are used again, too.
     """
-    vehicle, more = observation.vehicle, more or {}
+    vehicle, more, flights = observation.vehicle, more or {}, len(observation.samples)
     inside, asked = {m.candidate.label for m in point}, {c.label for c in known}
     absent = [c for c in known if c.label not in inside]
     old: list[int] = []  # columns of `like` that are used again
@@ -258,12 +258,12 @@ def linearised(
         for k, i in enumerate(at):
             columns[i] = _column(m.candidate, k, now[k], observation)
         if not m.held and m.candidate.label in asked:
-            choices.append(Choice(m.candidate.label, at, price(m.candidate, alike.get(m.candidate.name, 1))))
+            choices.append(Choice(m.candidate.label, at, price(m.candidate, alike.get(m.candidate.name, 1), flights)))
             variants.append(None)
     for c in found.choices:
         for column, (i, _, _) in zip(c.columns, c.variant.points, strict=True):
             columns[column] = _column(c.candidate, i, c.variant.start[i], observation, absent=True)
-        choices.append(Choice(c.candidate.label, c.columns, price(c.candidate, alike[c.candidate.name])))
+        choices.append(Choice(c.candidate.label, c.columns, price(c.candidate, alike[c.candidate.name], flights)))
         variants.append(c.variant)
     parts = spectra(observation.samples, observation.transforms, found.joint)
     if like is not None:

@@ -21,6 +21,7 @@ from infotraj.vehicle import Vehicle
 
 SLAB = 2.0  # usual sizes: standard deviation of the numbers of an effect
 EACH = 5.0  # nats that a further effect costs before its numbers: of 150 effects one is missing
+STATE = 2.0  # nats of a number that is found for one flight: it is told to an eighth of what it may be
 SCALES = (0.05, 0.3, 1.0, 3.0, 9.0)  # of all numbers of a file together, times FILE
 KIND_SPREAD = 0.4  # standard deviation of the logarithm by which a kind's scale differs from the common one
 # Standard deviation, in usual sizes of the effect, of a number in a file that is right to 1 %, and the kind it is of.
@@ -107,6 +108,8 @@ def file_only(vehicle: Vehicle, known: Sequence[Candidate]) -> list[Candidate]:
     return found
 
 
-def price(candidate: Candidate, alike: int) -> float:
+def price(candidate: Candidate, alike: int, flights: int) -> float:
     """Nats that naming this candidate costs before a flight is seen. alike: candidates of the same name."""
-    return float("inf") if candidate.cls in (RotorTorque, RotorPlace) else EACH + float(np.log(max(alike, 1)))
+    if candidate.cls in (RotorTorque, RotorPlace):
+        return float("inf")
+    return EACH + float(np.log(max(alike, 1))) + STATE * candidate.cls.states * flights
