@@ -15,7 +15,6 @@ from infotraj.diagnosis.judge.numbers import fitted_numbers, values_of
 from infotraj.diagnosis.judge.unexplained import Unexplained
 from infotraj.diagnosis.linear.candidates import Candidate
 from infotraj.diagnosis.linear.observation import Member
-from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.search import Fit, Search
 
 CONFIDENT = ("Supported", "Not separable")
@@ -111,14 +110,11 @@ class Judge:
 
     def _doubt(self, m: Member, e: Evidence) -> tuple[str | None, str]:
         """Why a member of the set is not named with confidence: verdict and reason, (None, "") where it is."""
-        ended = beyond_bounds([m], self.search.observation.vehicle)
         # What takes nothing off flights that were not fitted is negligible, however sure the numbers are.
         small = e.rise < self.matters or e.share == 0.0 or (e.share < _SHARE and e.rise < _LARGE)
         half = takes_half(self.whole, m.candidate.label)
         if small and not half:
             return "Not needed", "real, but negligible beside what the vehicle file is off by"
-        if ended:
-            return "Plausible", ended[m.candidate.label]
         # What takes half of an error off flights that were not fitted is named, though the file could be that far off.
         if e.probability < (_LIKELY if half else SURE) or e.selected < SURE:
             chance = f"{e.probability:.0%} probable, better on {e.selected:.0%} of the resamples"
@@ -156,6 +152,7 @@ class Judge:
         found = evidence_of_absent(self.whole, best, self.rng) if np.isfinite(max(scores)) else None
         likely = found is not None and found.probability > _LIKELY and found.rise >= self.matters
         reason = "with it numbers would end at a bound" if found is None else f"{found.probability:.0%} probable"
+        reason = self.search.barred.get(candidate.label, reason)
         return Finding(name, "Plausible" if likely else "Not needed", (name,), found, {}, {}, reason)
 
     def _shows_nothing(self, choice: int, candidate: Candidate) -> str:

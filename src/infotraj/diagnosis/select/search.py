@@ -7,6 +7,7 @@ made linear again around what was found (Gauss and Newton), file numbers include
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
@@ -17,6 +18,7 @@ from infotraj.diagnosis.linear.candidates import Candidate
 from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.noise.spectra import binned, spectra
 from infotraj.diagnosis.select.around import Linear, linearised
+from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.prior import FILE, SCALES, SLAB, Scales
 from infotraj.diagnosis.select.score import Scorer, Solution
 from infotraj.rotations import Array
@@ -82,42 +84,65 @@ class Fit:
 
 @dataclass
 class Search:
-    """The state of a search: flights, candidates, and what it did (`trail`), for the verbose output."""
+    """The state of a search: flights, candidates, and what it did (`trail`), for the verbose output.
+
+    barred: labels of candidates whose numbers would end at a physical bound, and of what.
+    """
 
     observation: Observation
     known: tuple[Candidate, ...]
     held: tuple[Member, ...]
     trail: list[str] = field(default_factory=list)
+    barred: dict[str, str] = field(default_factory=dict)
 
     def best(self, now: Linear) -> Fit:
         """The most probable set of effects, fitted. now: where it begins."""
-        chosen, scales, solution = searched(now)
-        self._say(now, chosen, scales, solution)
-        for _ in range(_ROUNDS):
-            stepped = self._stepped(now, chosen, solution)
-            before = {now.choices[i].label for i in chosen}
-            chosen, scales, solution = searched(
-                stepped, stepped.labelled([now.choices[i].label for i in chosen]), scales
-            )
-            self._say(stepped, chosen, scales, solution)
-            same = before == {stepped.choices[i].label for i in chosen}
-            now = stepped
-            if same and _gain_left(now, solution) < _SETTLED:
-                break
-        found = Fit(now, chosen, scales, solution, self.known)
+        found = self._from(Fit(now, *searched(now), self.known))
         best = max((found, *self._partnered(found)), key=lambda f: f.solution.score)
-        return found if best is found else self._settled(best, best.labels, 3 * _ROUNDS, False)
+        return self._within(found if best is found else self._settled(best, best.labels, 3 * _ROUNDS, False))
+
+    def _from(self, made: Fit) -> Fit:
+        """The best set, from a fit on: made linear around it and searched again until it settles."""
+        self._say(made.linear, made.chosen, made.scales, made.solution)
+        for _ in range(_ROUNDS):
+            now = self._stepped(made.linear, made.chosen, made.solution)
+            before = made.labels
+            made = replace(made, linear=now)
+            chosen, scales, solution = searched(now, now.labelled(before), made.scales, self.barred.keys())
+            made = replace(made, chosen=chosen, scales=scales, solution=solution)
+            self._say(now, chosen, scales, solution)
+            if set(before) == set(made.labels) and _gain_left(now, solution) < _SETTLED:
+                break
+        return made
+
+    def _within(self, made: Fit) -> Fit:
+        """The best set of which no number ends at a physical bound: what needs that stands for something else.
+
+        Of several at a bound the one goes that is worth least; what it stood for is searched anew.
+        """
+        while True:
+            inside = {m.candidate.label for m in made.members if not m.held}
+            ended = {k: v for k, v in beyond_bounds(made.members, self.observation.vehicle).items() if k in inside}
+            if not ended:
+                return made
+            sets = {x: tuple(i for i in made.chosen if made.linear.choices[i].label != x) for x in ended}
+            least = list(ended)[int(np.argmax(made.scorer.scores(list(sets.values()))))]
+            self.barred[least] = ended[least]
+            chosen, scales, solution = searched(made.linear, sets[least], made.scales, self.barred.keys())
+            made = self._from(replace(made, chosen=chosen, scales=scales, solution=solution))
 
     def _partnered(self, found: Fit) -> Iterator[Fit]:
         """The same with what an effect acts beside exchanged, under the same weights: its columns are made anew."""
         names = {m.candidate.name for m in found.members}
         for m in found.members:
             partners = [x for x in found.members if x.candidate.name in m.candidate.cls.beside and not x.held]
-            others = [c for c in self.known if c.name in set(m.candidate.cls.beside) - names]
+            others = [
+                c for c in self.known if c.name in set(m.candidate.cls.beside) - names and c.label not in self.barred
+            ]
             for partner, other in product(partners, others) if not m.held else ():
                 labels = [other.label if x == partner.candidate.label else x for x in found.labels]
                 made = self.fitted(labels, found)
-                chosen, scales, solution = searched(made.linear, made.chosen, made.scales)
+                chosen, scales, solution = searched(made.linear, made.chosen, made.scales, self.barred.keys())
                 self._say(made.linear, chosen, scales, solution)
                 settled = Fit(made.linear, chosen, scales, solution, self.known)
                 yield self._settled(settled, settled.labels, 1, True)
@@ -189,14 +214,19 @@ class Search:
         self.trail.append(f"{labels}: {solution.score:.1f} nats, file off by {scales.common:g} times 1 %{kinds}")
 
 
-def searched(now: Linear, start: tuple[int, ...] | None = None, scales: Scales | None = None):
+def searched(
+    now: Linear,
+    start: tuple[int, ...] | None = None,
+    scales: Scales | None = None,
+    barred: AbstractSet[str] = frozenset(),
+) -> tuple[tuple[int, ...], Scales, Solution]:
     """The best set of choices, the scales of the file that go with it, and its numbers.
 
     How far the file is off and what is missing are found together: a number is missing physics where it is out of line
     with the rest of the file. start, scales: of an earlier search, which is then only added to, taken from and
     exchanged.
     """
-    every = [i for i, c in enumerate(now.choices) if np.isfinite(c.price)]
+    every = [i for i, c in enumerate(now.choices) if np.isfinite(c.price) and c.label not in barred]
     if start is None or scales is None:
         tried = [(now.scorer(s).search(MOST, every, beam=_NARROW, exhaustive=1), s) for s in now.scales]
         first, common = max(tried, key=lambda pair: pair[0].score)
