@@ -66,7 +66,7 @@ def fly(
         air,
         other,
         _control(vehicle, share_commands),
-        _path(vehicle, rng, motion),
+        _calmer(_path(vehicle, rng), motion),
     )
     state, imu, cmd_rotor, cmd_tilt, rotor, tilt = out
     turn = _rotation(np.array(by_name.get("imu_misalignment", {}).get("rotvec", np.zeros(3)), dtype=float))
@@ -249,7 +249,7 @@ def _control(vehicle, share_commands):
     )
 
 
-def _path(vehicle, rng, motion):
+def _path(vehicle, rng):
     """Sums of two sines for x, y, z and, where the vehicle can, three angles; low over the ground once in a while."""
     amplitude = np.array([[1.0, 0.25], [0.9, 0.3], [0.5, 0.12]])
     frequency = np.array([[1.4, 3.1], [1.1, 2.7], [1.7, 4.3]]) * rng.uniform(0.85, 1.15, (3, 2))
@@ -258,13 +258,17 @@ def _path(vehicle, rng, motion):
     turn_frequency = np.array([[1.9, 4.1], [1.6, 3.7], [0.9, 2.3]]) * rng.uniform(0.85, 1.15, (3, 2))
     return Path(
         np.array([0.0, 0.0, 0.95]),
-        motion * amplitude,
+        amplitude,
         frequency,
         phase,
-        motion * turn,
+        turn,
         turn_frequency,
         rng.uniform(-np.pi, np.pi, (3, 2)),
     )
+
+
+def _calmer(path, motion):
+    return path._replace(amplitude=motion * path.amplitude, turn=motion * path.turn)
 
 
 # Small helpers instead of array expressions: numba compiles every expression anew, and a test run waits for it.

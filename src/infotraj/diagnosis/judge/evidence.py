@@ -234,7 +234,7 @@ def form_error(whole: Fit, mine: Sequence[int], theta: Array) -> float:
     step = np.zeros(sums.width)
     step[list(mine)] = theta[list(mine)]
     rest = theta - step
-    information = np.einsum("i,bij,j->b", step, gram[:, 1:, 1:], step)
+    information = gram[:, 1:, 1:] @ step @ step
     pull = (gram[:, 0, 1:] - gram[:, 1:, 1:] @ rest) @ step
     told = information > 1e-9 * max(information.max(initial=0.0), 1e-300)
     if told.sum() < 3:

@@ -50,17 +50,12 @@ class Sums:
 
     def shifted(self, theta: Array) -> Sums:
         """The same sums after the residual has become r - S theta."""
-        turn = np.eye(self.width + 1)
-        turn[1:, 0] = -theta
-        gram, plain, believed = (turn.T @ x @ turn for x in (self.gram, self.plain, self.believed))
+        gram, plain, believed = (_shifted(x, theta) for x in (self.gram, self.plain, self.believed))
         return replace(self, gram=gram, plain=plain, believed=believed)
 
     def error(self, theta: Array) -> Array:
         """Weighted squared error (axes, blocks) after r - S theta; theta (p,), or (blocks, p): each block its own."""
-        along = np.concatenate([np.ones((*theta.shape[:-1], 1)), -theta], axis=-1)
-        if theta.ndim == 1:
-            return np.einsum("i,abij,j->ab", along, self.gram, along)
-        return np.einsum("bi,abij,bj->ab", along, self.gram, along)
+        return _squares(self.gram, np.broadcast_to(theta, (self.gram.shape[1], self.width)))
 
     def plain_error(self, theta: Array) -> Array:
         """Plain mean squared error (axes,) after r - S theta; theta (folds, p): each fold its own."""
@@ -71,8 +66,22 @@ class Sums:
         return self._mean_square(self.believed, theta)
 
     def _mean_square(self, products: Array, theta: Array) -> Array:
-        along = np.concatenate([np.ones((len(theta), 1)), -theta], axis=1)
-        return np.einsum("fi,afij,fj->a", along, products, along) / np.maximum(self.slow.sum(axis=1), 1)
+        return _squares(products, theta).sum(axis=1) / np.maximum(self.slow.sum(axis=1), 1)
+
+
+def _shifted(products: Array, theta: Array) -> Array:
+    """Products (..., 1 + p, 1 + p) after the residual has become r - S theta (p,)."""
+    out = products.copy()
+    right = products[..., 1:, 0] - products[..., 1:, 1:] @ theta
+    out[..., 1:, 0] = out[..., 0, 1:] = right
+    out[..., 0, 0] -= (products[..., 1:, 0] + right) @ theta
+    return out
+
+
+def _squares(products: Array, theta: Array) -> Array:
+    """Squares (a, b) of r - S theta from products (a, b, 1 + p, 1 + p), theta (b, p)."""
+    along = np.concatenate([np.ones((len(theta), 1)), -theta], axis=1)[:, :, None]
+    return np.matmul(np.matmul(products, along).transpose(0, 1, 3, 2), along)[..., 0, 0]
 
 
 @dataclass(frozen=True)

@@ -136,7 +136,7 @@ def weights(
         covariance = np.linalg.inv(total[1:, 1:] + np.eye(width - 1) / FREE**2)
         theta = covariance @ total[0, 1:]
         along = np.concatenate([[1.0], -theta])
-        left = np.einsum("i,abij,j->ab", along, gram, along)
+        left = gram @ along @ along
         spent = np.einsum("ij,abji->ab", covariance, gram[:, :, 1:, 1:]) * inverse_noise
         noise = _positive(left / np.maximum(count - spent, _LEAST * count + 1e-9), gram, count)
         told = side / np.maximum(count, 1)

@@ -99,7 +99,7 @@ class Search:
         """The most probable set of effects, fitted. now: where it begins."""
         found = self._from(Fit(now, *searched(now), self.known))
         best = max((found, *self._partnered(found)), key=lambda f: f.solution.score)
-        return self._within(found if best is found else self._settled(best, best.labels, 3 * _ROUNDS, False))
+        return self._within(best)
 
     def _from(self, made: Fit) -> Fit:
         """The best set, from a fit on: made linear around it and searched again until it settles."""
@@ -121,6 +121,8 @@ class Search:
         Of several at a bound the one goes that is worth least; what it stood for is searched anew.
         """
         while True:
+            if _gain_left(made.linear, made.solution) > _SETTLED:
+                made = self._settled(made, made.labels, 3 * _ROUNDS, False)
             inside = {m.candidate.label for m in made.members if not m.held}
             ended = {k: v for k, v in beyond_bounds(made.members, self.observation.vehicle).items() if k in inside}
             if not ended:
