@@ -21,6 +21,16 @@ class InputError(InfotrajError):
     exit_status = 3
 
 
+def unread(path: object, error: Exception, expected: str) -> str:
+    """One line on a file that was to be YAML and could not be read as it: `expected` it was to be."""
+    if isinstance(error, FileNotFoundError):
+        return problem(f"{path}: there is no such file", expected, "Check the path.")
+    if isinstance(error, UnicodeDecodeError):
+        return problem(f"{path} holds no text", expected, "Is it a flight or a log? MODEL comes before FLIGHT.")
+    what = getattr(error, "strerror", None) or error
+    return problem(f"{path}: cannot be read as YAML ({what})", expected, "Check the path.")
+
+
 def problem(found: str, expected: str, remedy: str) -> str:
     """One line: what was found, what was expected, what to do."""
     return " ".join(f"{found}; expected {expected}. {remedy}".split())

@@ -9,7 +9,7 @@ import numpy as np
 import yaml
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from infotraj.errors import InputError, problem
+from infotraj.errors import InputError, problem, unread
 from infotraj.rotations import Array
 
 Vector = Annotated[tuple[float, float, float], Field(description="three numbers, body frame")]
@@ -174,9 +174,7 @@ def load_vehicle(path: str | Path) -> Vehicle:
     try:
         content = yaml.safe_load(path.read_text())
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise InputError(
-            problem(f"{path}: cannot be read as YAML ({error})", "a vehicle file", "Check the path.")
-        ) from error
+        raise InputError(unread(path, error, "a vehicle file")) from error
     return parse_vehicle(content, source=str(path))
 
 

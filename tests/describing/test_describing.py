@@ -121,6 +121,7 @@ def test_the_command_writes_checks_and_never_overwrites(tmp_path):
         (["--layout", "hexa_x"], "no --order (px4 | ardupilot), --arm"),
         ([*SMALL, "--input", "throttle"], "no --hover"),
         ([*SMALL, "--input", "throttle", "--hover", "40"], "--hover 40; expected a throttle of 0..1"),
+        ([*SMALL, "--hover", "56000"], "If it is in rpm, give --hover 5864"),
         ([*SMALL, "--input", "thrust", "--hover", "40"], "--hover with --input thrust"),
         ([*SMALL, "--inertia", "0.1", "0.1"], "--inertia with 2 numbers"),
         (["--layout", "hexa_x", "--order", "betaflight", *SMALL[4:]], "the order of betaflight for hexa_x"),

@@ -42,7 +42,7 @@ def test_another_vehicles_truth_is_refused(tmp_path):
 def test_what_is_not_a_truth_file_is_refused(tmp_path):
     refused(tmp_path, "a: [", "cannot be read as YAML")
     refused(tmp_path, "just text", "truth.yaml")
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="there is no such file"):
         load_truth(tmp_path / "absent.yaml", OMAV)
 
 

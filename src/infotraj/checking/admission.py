@@ -11,6 +11,7 @@ import pandas as pd
 
 from infotraj.checking.acceptance import ACCEPT, ACCEPTED, accepted_codes, marked, with_accepted
 from infotraj.checking.cleaning import cleaned
+from infotraj.checking.codes import NEVER
 from infotraj.checking.finding import Finding, usable_spans
 from infotraj.checking.identical import content_hash, copy_finding
 from infotraj.checking.pooled import agreed, mapping_key
@@ -98,7 +99,7 @@ def rejection(source: str, finding: Finding) -> str:
     return problem(
         f"{source}: {finding.what} ({finding.code})",
         "a flight that passes infotraj check",
-        f"{remedy}; or overrule it: --accept {finding.code}.",
+        f"{remedy}." if finding.code in NEVER else f"{remedy}; or overrule it: --accept {finding.code}.",
     )
 
 

@@ -67,7 +67,7 @@ def check_logs(
         try:
             loaded = read(path)
         except InputError as error:
-            checks.append(_refused(path, _unreadable(error)))
+            checks.append(_refused(path, _unreadable(path, error)))
             continue
         numbers = content_hash(loaded.flight)
         if numbers in numbers_seen:
@@ -87,11 +87,11 @@ def _refused(path: Path, finding: Finding) -> Check:
     return Check(str(path), 0, 0.0, 0.0, 0.0, 0.0, "not looked at", [finding], [])
 
 
-def _unreadable(error: InputError) -> Finding:
+def _unreadable(path: Path, error: InputError) -> Finding:
     return Finding(
         "unreadable",
         "reject",
         " ".join(str(error).split()),
         "nothing can be said about it",
-        "see `infotraj import --explain`",
+        f"infotraj import {path} --explain",
     )

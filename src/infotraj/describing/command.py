@@ -83,7 +83,11 @@ def new_command(output: Path, kind: str | None, flight: Path | None, quiet: bool
 @accept_option
 @click.option("-q", "--quiet", is_flag=True, help="No messages.")
 def check_command(file: Path, flight: Path | None, accept: tuple[str, ...], quiet: bool) -> None:
-    """Read FILE; with FLIGHT, say whether thrust, order, spins and inertia agree with it. Exit status 0 either way."""
+    """Read FILE and say what is impossible in it; with FLIGHT, whether thrust, order, spins and inertia agree with it.
+
+    A line with ! is to be looked at. Exit status 0 with and without.
+    """
+    from infotraj.describing.alone import alone
     from infotraj.vehicle import load_vehicle
 
     vehicle = load_vehicle(file)
@@ -91,6 +95,8 @@ def check_command(file: Path, flight: Path | None, accept: tuple[str, ...], quie
     unknown = [name for name in ("mass", "inertia") if getattr(vehicle, name) is None]
     left_out = f"; unknown: {', '.join(unknown)}" if unknown else ""
     click.echo(f"{file}: {vehicle.name}, {driven}{left_out}")
+    for one in alone(vehicle):
+        click.echo(f"{'  ' if one.good else '! '}{one.sentence}")
     if flight is not None:
         _held_against(file, flight, accept)
     if not quiet:
@@ -113,11 +119,23 @@ def _completed(known: dict[str, Any], kind: str) -> str:
         )
     if kind == "throttle" and known["hover"] > 1:
         raise UsageError(problem(f"--hover {known['hover']:g}", "a throttle of 0..1", "Correct it, or --input."))
+    if kind == "speed" and known["hover"] is not None:
+        _checked_speed(known["hover"], known["propeller"])
     for name in ("thrust_coefficient", "hover") if kind == "thrust" else ("thrust_coefficient",) * (kind != "speed"):
         if known[name] is not None:
             option = f"--{name.replace('_', '-')}"
             raise UsageError(problem(f"{option} with --input {kind}", "one of them", f"Leave {option} out."))
     return kind
+
+
+def _checked_speed(hover: float, propeller: float) -> None:
+    from infotraj.describing.alone import FASTEST_TIP, RPM, tip_speed
+
+    tip = tip_speed(hover, propeller / 2)
+    if tip > FASTEST_TIP:
+        found = f"--hover {hover:g}: at {hover:g} rad/s the tips of {propeller:g} m propellers move with {tip:.0f} m/s"
+        remedy = f"If it is in rpm, give --hover {hover * RPM:.4g}."
+        raise UsageError(problem(found, f"rad/s, tips below {FASTEST_TIP:g} m/s", remedy))
 
 
 def _held_against(file: Path, flight: Path, accept: tuple[str, ...]) -> None:

@@ -1,7 +1,7 @@
 """Where the rotors of common multirotors stand, which way they turn, and in which order the firmware counts them.
 
 Angles are from the nose, to the right, seen from above (deg). Orders and spins of quad_x stand in docs/vehicle.md with
-their sources; those of quad_plus, hexa_x and octo_x are ArduPilot's (AP_MotorsMatrix) and PX4's airframe reference.
+their sources; those of the others are ArduPilot's (AP_MotorsMatrix) and PX4's airframe reference.
 """
 
 from __future__ import annotations
@@ -23,6 +23,8 @@ class Place(NamedTuple):
 _AUTOPILOTS = ("px4", "ardupilot")
 _QUAD_X = ((45, 1), (-135, 1), (-45, -1), (135, -1))
 _HEXA_X = ((90, -1), (-90, 1), (-30, -1), (150, 1), (30, 1), (-150, -1))
+_HEXA_PLUS = ((0, -1), (180, 1), (-120, -1), (60, 1), (-60, 1), (120, -1))
+_OCTO_PLUS = ((0, -1), (180, -1), (45, 1), (135, 1), (-45, 1), (-135, 1), (-90, -1), (90, -1))
 _OCTO_X = ((22.5, -1), (-157.5, -1), (67.5, 1), (157.5, 1), (-22.5, 1), (-112.5, 1), (-67.5, -1), (112.5, -1))
 # (layout, order): the rotors in the order of the log's columns.
 _TABLE = {
@@ -31,7 +33,9 @@ _TABLE = {
     ("quad_x", "crazyflie"): ((45, 1), (135, -1), (-135, 1), (-45, -1)),
     **{("quad_plus", firmware): ((90, 1), (-90, 1), (0, -1), (180, -1)) for firmware in _AUTOPILOTS},
     **{("hexa_x", firmware): _HEXA_X for firmware in _AUTOPILOTS},
+    **{("hexa_plus", firmware): _HEXA_PLUS for firmware in _AUTOPILOTS},
     **{("octo_x", firmware): _OCTO_X for firmware in _AUTOPILOTS},
+    **{("octo_plus", firmware): _OCTO_PLUS for firmware in _AUTOPILOTS},
 }
 LAYOUTS = tuple(dict.fromkeys(layout for layout, _ in _TABLE))
 ORDERS = tuple(dict.fromkeys(order for _, order in _TABLE))

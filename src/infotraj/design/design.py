@@ -32,7 +32,7 @@ _TRIES = 8
 _EVERY = 2  # rows of a candidate that are looked at: 50 Hz, and all that is believed is slower than 20 Hz
 _INSIDE = 0.02  # of a rotor's range that stays in reserve for what a controller adds
 _AT_LIMIT = 0.02  # of the time at most, in simulation
-_BESIDE = 0.25  # m from the box, at most, in simulation
+BESIDE = 0.25  # m from the box, at most, in simulation; further from the reference than this is said
 
 
 @dataclass(frozen=True)
@@ -174,7 +174,7 @@ def _flyable(
 
     Where the simulation cannot say, or no calmer one does, the motion as it is, and why.
     """
-    low, high = room.center - room.size / 2 - _BESIDE, room.center + room.size / 2 + _BESIDE
+    low, high = room.center - room.size / 2 - BESIDE, room.center + room.size / 2 + BESIDE
     one, why = best[0], ""
     for k in range(_TRIES):
         try:

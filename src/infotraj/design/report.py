@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from infotraj.design.design import Design, Told
+from infotraj.design.design import BESIDE, Design, Told
 
 
 def as_text(made: Design, output: str) -> str:
@@ -23,7 +23,13 @@ def as_text(made: Design, output: str) -> str:
         lines.append(f"rotors: {share.min():.0%} to {share.max():.0%} of the range between least and greatest input")
     lines += [line for t in made.told for line in _told(t)]
     if made.flown is not None and not made.not_flown:
-        lines.append(f"simulated with the model as found: {made.flown.away(r):.2g} m from the reference at most")
+        away, room = made.flown.away(r), " x ".join(f"{x:.3g}" for x in made.room.size)
+        how = f"in simulation, with the model as found and a plain controller, it stays in the room of {room} m"
+        lines.append(f"{how}, at most {away:.2g} m from the reference")
+        if away > BESIDE:
+            lines.append(
+                f"warning: a flight that strays by {away:.2g} m is another than was asked: keep that much clear"
+            )
     if made.not_flown:
         lines.append(f"warning: {made.not_flown}")
     return "\n".join(lines) + "\n"

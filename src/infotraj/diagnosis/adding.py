@@ -108,7 +108,8 @@ def add(
             raise InputError(problem(f"{plain} cannot be fitted: {hidden[plain]}", "flights that show it", "Drop it."))
         options = [c for c in known if c.name == plain and (not place or str(dict(c.fixed).get("rotor")) == place)]
         if not options or (options[0].fixed and not place):
-            raise UsageError(problem(f"{name}: no place", f"{plain}:0 and the like", "Say which one."))
+            there = ", ".join(c.label.replace(" ", ":") for c in known if c.name == plain)
+            raise UsageError(problem(f"{name}: which one", f"one of {there}", "Correct it."))
         chosen.append(options[0])
     held = held_members(model, flights[0])
     taken = {m.candidate.label for m in held}

@@ -52,7 +52,7 @@ class CrazyflieLog:
                 problem(
                     f"{path}: {faults}",
                     "a complete log",
-                    "Copy it again, or give --allow-damaged to import what is left.",
+                    "Copy it again, or take what is left: `infotraj import` with --allow-damaged.",
                 )
             )
         if faults:

@@ -67,7 +67,7 @@ class TableFile:
             uneven = self._uneven_line()
         self._cut = uneven is not None and uneven[2]
         if uneven is not None and not (allow_damaged and self._cut):
-            remedy = "give --allow-damaged to leave that row out" if self._cut else "correct the row"
+            remedy = "leave that row out (`infotraj import` with --allow-damaged)" if self._cut else "correct the row"
             raise InputError(
                 problem(
                     f"{self.path}: {'the last row' if self._cut else f'row {uneven[0]}'} has {uneven[1]} fields",

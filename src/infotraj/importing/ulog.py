@@ -51,7 +51,7 @@ class ULogFile:
                     problem(
                         f"{path}: {what}",
                         "a complete ULog file",
-                        "Copy it again, or give --allow-damaged to import what is left.",
+                        "Copy it again, or take what is left: `infotraj import` with --allow-damaged.",
                     )
                 )
             self.notes.append(f"the file {what}; what is left was imported")

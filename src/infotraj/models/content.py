@@ -8,7 +8,7 @@ from typing import Any
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from infotraj.errors import InputError, problem
+from infotraj.errors import InputError, unread
 from infotraj.vehicle import parse_vehicle, validation_line
 
 Values = dict[str, float | int | list[float]]
@@ -73,10 +73,7 @@ def read_content(path: str | Path) -> ModelFile:
     try:
         content = yaml.safe_load(path.read_text())
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        what = " ".join(str(error).split())
-        raise InputError(
-            problem(f"{path}: cannot be read as YAML ({what})", "a model or vehicle file", "Check the path.")
-        ) from error
+        raise InputError(unread(path, error, "a model or vehicle file")) from error
     if not isinstance(content, dict) or "vehicle" not in content:
         parse_vehicle(content, source=str(path))
         return ModelFile(vehicle=str(path.resolve()))

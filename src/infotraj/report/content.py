@@ -16,7 +16,7 @@ from infotraj.comparing.equation_error import AXES
 from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.report import summary
 from infotraj.diagnosis.report.asking import Asked
-from infotraj.diagnosis.report.following import flight_command, next_command, sources
+from infotraj.diagnosis.report.following import as_read, flight_command, next_command, sources
 from infotraj.diagnosis.report.steps import said
 from infotraj.effects import catalogue
 from infotraj.flight import sha256
@@ -126,9 +126,10 @@ def _next(asked: Asked, found: Diagnosis, saved: Path | None) -> list[dict[str, 
     """What to do next: why, and the command."""
     model, named = asked.model, " ".join(sources(found))
     rows = []
-    if found.supported and found.healthy is None and saved is None:
-        rows.append(("Write the model with what is named", f"infotraj diagnose {model} {named} --save-model new.yaml"))
-    rows.append(("Look at it", next_command(found, model, saved)))
+    if found.supported and found.healthy is None:
+        why = "Write the model with what is named" if saved is None else "Compare the new model with the one as given"
+        rows.append((why, next_command(found, model, saved)))
+    rows.append(("Look at where it fails", f"infotraj locate {model} {named}{as_read(found.command_steps)}"))
     flight = flight_command(found, model)
     if flight is not None:
         rows.append(("Design the flight that tells what these could not", flight))

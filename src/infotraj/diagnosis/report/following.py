@@ -15,8 +15,12 @@ def as_read(steps: int) -> str:
 def next_command(found: Diagnosis, model: Path, saved: Path | None) -> str:
     """The command that comes next. saved: where the new model was written, if it was."""
     named = " ".join(sources(found))
-    new = saved if saved is not None and found.supported else None
-    following = f"infotraj compare {new} {named} --against {model}" if new else f"infotraj locate {model} {named}"
+    if not found.supported or found.healthy is not None:
+        following = f"infotraj locate {model} {named}"
+    elif saved is None:
+        following = f"infotraj diagnose {model} {named} --save-model new.yaml"
+    else:
+        following = f"infotraj compare {saved} {named} --against {model}"
     return following + as_read(found.command_steps)
 
 

@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from infotraj.errors import InputError, problem
+from infotraj.errors import InputError, problem, unread
 from infotraj.robots.plant.hidden import Hidden
 from infotraj.vehicle import Inertia, NotNegative, Positive, Vector, Vehicle, validation_line
 
@@ -204,10 +204,7 @@ def load_truth(path: str | Path, vehicle: Vehicle) -> Truth:
     try:
         content = yaml.safe_load(path.read_text())
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        first = str(error).splitlines()[0]
-        raise InputError(
-            problem(f"{path}: cannot be read as YAML ({first})", "a truth file", "Check the path.")
-        ) from error
+        raise InputError(unread(path, error, "a truth file")) from error
     try:
         truth = Truth.model_validate(content)
     except ValidationError as error:
