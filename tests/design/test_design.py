@@ -58,7 +58,7 @@ def test_a_motion_stays_in_its_room_and_begins_and_ends_at_rest(seed, free):
     near = varied(genes, 0.1, np.random.default_rng(seed))
     assert ((near >= 0) & (near <= 1)).all()
     assert 0 < np.abs(near - genes).mean() < 0.2
-    calm = path(r, calmer(r, genes, 0.5))
+    calm = path(r, calmer(genes, 0.5))
     assert np.ptp(calm.position, axis=0).max() < np.ptp(made.position, axis=0).max()
 
 
@@ -173,7 +173,7 @@ def test_a_design_tells_more_than_a_calm_flight_and_stays_in_its_limits():
     asked = separated(found, "linear_drag", "quadratic_drag").question
     shares = []
     for share in (0.1, 1.0):
-        motion = path(r, calmer(r, drawn(r, np.random.default_rng(3)), share))
+        motion = path(r, calmer(drawn(r, np.random.default_rng(3)), share))
         gram = asked.gram(asked.observed(expected(Model(QUADROTOR), motion, flights[0])))
         shares.append(asked.told_apart(gram, np.random.default_rng(0))[1])
     assert shares[0] < shares[1]

@@ -185,7 +185,7 @@ def add_command(
 
     files.require_order(start, stop)
     refuse_overwriting(output, model)
-    read, content = read_model(model, effects_from)
+    read, _ = read_model(model, effects_from)
     let_in = files.admitted(
         flights,
         read.vehicle,
@@ -198,7 +198,7 @@ def add_command(
     )
     used = let_in.flights
     made = add(read, effects, used, effects_from=effects_from, start=start, stop=stop)
-    save_added(made, output, parent=model, content=content, flights=used)
+    save_added(made, output, parent=model, flights=used)
     if json_file is not None:
         files.write_json(made.as_dict(), json_file)
     click.echo(made.as_text(), nl=False)
