@@ -1,8 +1,18 @@
-"""Options that several commands take. Nothing heavy is imported here, so that a command loads at once."""
+"""Options that several commands take, and what is given with them. Nothing heavy is imported here, so that a command
+loads at once."""
 
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import click
+
+PATH = click.Path(path_type=Path)
+Decorator = Callable[[Any], Any]
 
 
 class Several(click.Option):
@@ -28,14 +38,115 @@ def _taking_all(process: Any) -> Any:
     return more
 
 
-command_steps_option = click.option(
-    "--command-steps",
-    type=click.IntRange(min=1),
-    help="Steps that commands made from a row that holds them to the next; 1: held. Default: the metadata's.",
-)
+@dataclass(frozen=True)
+class Reading:
+    """How a command reads its flights: what `reading_options` say.
+
+    start, stop: s, the part that is used. command_steps: what is said of the commands of all flights; None: what their
+    metadata say. accept: codes of findings that are overruled. skip_rejected: go on where some flights are rejected.
+    """
+
+    start: float | None = None
+    stop: float | None = None
+    command_steps: int | None = None
+    accept: tuple[str, ...] = ()
+    skip_rejected: bool = False
+
+
 accept_option = click.option(
     "--accept",
     multiple=True,
     metavar="CODE[,CODE]",
     help="Findings that are shown and kept with the answer, and are in no one's way; may stand repeatedly.",
 )
+_PART = (
+    click.option("--from", "start", type=float, help="First t that is used, s."),
+    click.option("--to", "stop", type=float, help="Where use stops, s."),
+)
+_LET_IN = (
+    click.option(
+        "--command-steps",
+        type=click.IntRange(min=1),
+        help="Steps that commands made from a row that holds them to the next; 1: held. Default: the metadata's.",
+    ),
+    accept_option,
+    click.option("--skip-rejected", is_flag=True, help="Go on with the other flights."),
+)
+
+
+def reading_options(*, part: bool = True) -> Decorator:
+    """--from and --to (with `part`), --command-steps, --accept and --skip-rejected, given as one `reading`."""
+    options = (*_PART, *_LET_IN) if part else _LET_IN
+
+    def decorated(command: Callable[..., None]) -> Callable[..., None]:
+        @functools.wraps(command)
+        def called(
+            *,
+            command_steps: int | None,
+            accept: tuple[str, ...],
+            skip_rejected: bool,
+            start: float | None = None,
+            stop: float | None = None,
+            **others: Any,
+        ) -> None:
+            command(reading=Reading(start, stop, command_steps, accept, skip_rejected), **others)
+
+        for option in reversed(options):
+            called = option(called)
+        return called
+
+    return decorated
+
+
+model_argument = click.argument("model", type=PATH)
+flights_argument = click.argument("flights", nargs=-1, required=True, type=PATH, metavar="FLIGHT...")
+effects_from_option = click.option(
+    "--effects-from", multiple=True, type=PATH, help="File or folder with your own effects."
+)
+json_option = click.option("--json", "json_file", type=PATH, help="The numbers, for programs.")
+recording_option = click.option("--recording", type=PATH, help="FILE.rrd: the worst flight, for the rerun viewer.")
+window_option = click.option(
+    "--window", type=click.FloatRange(min=0, min_open=True), help="Of the filter, s; default 0.15."
+)
+force_from_option = click.option(
+    "--force-from",
+    type=click.Choice(["auto", "accelerometer", "velocity"]),
+    default="auto",
+    help="What the force is measured with; auto: the accelerometer where there is one.",
+)
+save_model_option = click.option("--save-model", type=PATH, help="Write the model with the supported effects.")
+matters_option = click.option(
+    "--matters",
+    type=click.FloatRange(min=0),
+    default=0.05,
+    show_default=True,
+    help="Rise of the squared error, in units of the floor, below which an effect is negligible.",
+)
+quiet_option = click.option("-q", "--quiet", is_flag=True, help="No messages.")
+
+
+def reference_option(what: str) -> Decorator:
+    """--reference; `what` these flights are for."""
+    words = f"Healthy flights of the same vehicle{what}"
+    return click.option("--reference", cls=Several, type=PATH, metavar="HEALTHY...", help=words)
+
+
+def figures_option(what: str = "figures") -> Decorator:
+    """--figures; `what` is drawn."""
+    return click.option("--figures", type=PATH, help=f"A folder for {what} (PNG and PDF).")
+
+
+def seed_option(of: str) -> Decorator:
+    """--seed; `of` what."""
+    return click.option("--seed", type=int, default=0, show_default=True, help=of)
+
+
+def verbose_option(what: str) -> Decorator:
+    """--verbose; `what` is added."""
+    return click.option("-v", "--verbose", is_flag=True, help=what)
+
+
+def say(quiet: bool, line: str) -> None:
+    """A line on standard error, unless --quiet."""
+    if not quiet:
+        click.echo(line, err=True)

@@ -76,7 +76,7 @@ def test_a_thinned_log_shows_what_is_missing_and_no_more(name, true):
 def test_commands_that_were_held_stay_held(true):
     """At 100 Hz, from a controller of 100 Hz."""
     content = yaml.safe_load((VEHICLES / "quadrotor.yaml").read_text())
-    flights = [Flight(fly(content, true, seconds=12.0, seed=s, noise=NOISE, row=0.01)) for s in range(4)]
+    flights = [Flight(fly(content, true, seconds=8.0, seed=s, noise=NOISE, row=0.01)) for s in range(3)]
     found = diagnose(model("quadrotor"), flights)
     assert found.supported == tuple(true)
     assert not any(COMMAND_STEPS in s.flight.meta for s in found.samples)

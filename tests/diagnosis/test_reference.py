@@ -35,7 +35,7 @@ WEAK = {"rotor_effectiveness": {"rotor": 2, "factor": 0.85}}
 @functools.cache
 def flights(hidden: str, seeds: tuple[int, ...]) -> tuple[Flight, ...]:
     content = yaml.safe_load(QUADROTOR.read_text())
-    tables = [fly(content, json.loads(hidden), seconds=10.0, seed=k, noise=NOISE) for k in seeds]
+    tables = [fly(content, json.loads(hidden), seconds=8.0, seed=k, noise=NOISE) for k in seeds]
     return tuple(Flight(t, {"source": f"{k}"}) for k, t in zip(seeds, tables, strict=True))
 
 

@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
-from infotraj.effects import Effect, Parameter, catalogue, effect_class
+from infotraj.effects import Effect, Parameter, catalogue, effect_class, registry
 from infotraj.effects.command import effects_command
 from infotraj.errors import InputError, UsageError
 from infotraj.flight import Flight
@@ -205,7 +205,11 @@ def test_an_installed_package_adds_effects_by_an_entry_point(own_file, monkeypat
         "infotraj.effects.registry.entry_points",
         lambda group: importlib.metadata.EntryPoints([Entry()]) if group == Entry.group else (),
     )
-    assert catalogue()["tail_fin"] is cls
+    registry._of_packages.cache_clear()
+    try:
+        assert catalogue()["tail_fin"] is cls
+    finally:
+        registry._of_packages.cache_clear()
 
 
 @pytest.mark.parametrize(

@@ -83,7 +83,10 @@ def snakemake(project: Path, *arguments: str, config: str = "tiny.yaml", **more:
 
 def planned(project: Path, *arguments: str, **more: str) -> dict[str, int]:
     """What a dry run would run: {rule: jobs}; nothing where all is done."""
-    done = snakemake(project, "-n", *arguments, "--quiet", "rules", **more)
+    return jobs_of(snakemake(project, "-n", *arguments, "--quiet", "rules", **more))
+
+
+def jobs_of(done: subprocess.CompletedProcess) -> dict[str, int]:
     assert done.returncode == 0, done.stderr
     lines = (done.stdout + done.stderr).splitlines()
     starts = [k for k, line in enumerate(lines) if line.startswith("Job stats")]
@@ -100,8 +103,15 @@ def planned(project: Path, *arguments: str, **more: str) -> dict[str, int]:
     return {rule: count for rule, count in jobs.items() if rule not in ("all", "total")}
 
 
-def test_the_quick_graph_has_every_stage(project):
-    jobs = planned(project, config="config/quick.yaml")
+@pytest.fixture(scope="module")
+def quick(tmp_path_factory) -> subprocess.CompletedProcess:
+    """A dry run of the quick experiment where no data set is."""
+    project = copied(tmp_path_factory.mktemp("quick"), *WORKFLOW)
+    return snakemake(project, "-n", "--quiet", "rules", config="config/quick.yaml")
+
+
+def test_the_quick_graph_has_every_stage(quick):
+    jobs = jobs_of(quick)
     assert jobs["fly"] == 2 * 6, "prior, test, task, random, paper and informative flight of two seeds"
     assert jobs["learn"] == 2 * 4
     assert jobs["choose"] == 2 * 2, "our cost and the paper's"
@@ -129,9 +139,8 @@ def test_real_flights_join_where_they_are(project, tmp_path):
     assert jobs["figure_pool"] == jobs["summarise_pool"] == 1
 
 
-def test_their_absence_is_said_in_a_line_that_tells_how_to_get_them(project):
-    done = snakemake(project, "-n")
-    lines = [line for line in done.stderr.splitlines() if line.startswith("Skipped: ")]
+def test_their_absence_is_said_in_a_line_that_tells_how_to_get_them(quick):
+    lines = [line for line in quick.stderr.splitlines() if line.startswith("Skipped: ")]
     assert len(lines) == 1
     assert "infotraj data get nanobench" in lines[0]
 

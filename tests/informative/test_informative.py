@@ -88,6 +88,12 @@ def test_a_draw_is_met_by_feedback_and_threads_do_not_change_the_numbers():
     assert np.isfinite(one).all()
 
 
+def box_region(visited, radius, proposals, rng):
+    """Eq. 15 word for word: those of uniform samples of the box around the visited points within a radius of them."""
+    points = rng.uniform(visited.min(axis=0) - radius, visited.max(axis=0) + radius, (proposals, visited.shape[1]))
+    return points[np.linalg.norm(points[:, None] - visited, axis=2).min(axis=1) <= radius]
+
+
 def test_region_is_uniform_in_the_union_of_balls():
     """Two overlapping balls: the share of points on one side of the middle plane is one half, and the radial law of
     a single ball is r^d."""
@@ -98,7 +104,7 @@ def test_region_is_uniform_in_the_union_of_balls():
     assert kstest(radius**4, "uniform").pvalue > 1e-3
     pair = np.array([[0.0, 0, 0, 0], [1.0, 0, 0, 0]])
     points = region.uniform_region(pair, 1.0, 4000, rng)
-    box = region.box_region(pair, 1.0, 60_000, rng)
+    box = box_region(pair, 1.0, 60_000, rng)
     assert kstest(points[:, 0], box[:, 0]).pvalue > 1e-3
     nearest = np.linalg.norm(points[:, None] - pair, axis=2).min(axis=1)
     assert nearest.max() <= 1.0 + 1e-12

@@ -11,7 +11,7 @@ from infotraj.errors import InputError
 from infotraj.residual.compiled import _exp, marginal_value, mean_and_jacobian, mean_value
 from infotraj.residual.gaussian_process import GaussianProcess
 from infotraj.residual.hyperparameters import DEFAULT_PRIOR, _NegativeLogPosterior, fit, sample_hyperparameters
-from infotraj.residual.posterior_variance import RegionVariance, variance_after
+from infotraj.residual.posterior_variance import RegionVariance
 
 
 def process(n: int, d: int = 6, m: int = 3, seed: int = 0, noise: float = 1e-2) -> GaussianProcess:
@@ -187,7 +187,6 @@ def test_variance_after_adding_points_equals_conditioning(n):
         np.testing.assert_allclose(shared.after(added), expected, atol=1e-8, rtol=0)
         np.testing.assert_allclose(shared.sum_after(added), expected.sum(axis=0), atol=1e-8 * len(region), rtol=0)
         np.testing.assert_allclose(shared.sum_after(added), expected.sum(axis=0), rtol=1e-8)
-        np.testing.assert_allclose(variance_after(gp, region, added), expected, atol=1e-8, rtol=0)
 
 
 def test_variance_far_from_the_origin_keeps_its_digits():

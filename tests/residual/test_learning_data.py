@@ -47,10 +47,11 @@ def test_the_slope_and_its_mean_are_the_same_filter():
     np.testing.assert_allclose(slope.derivative(rate), slope.mean(held), atol=1e-10)
 
 
-def test_noise_of_the_slope_is_what_it_says():
+def test_noise_of_the_slope_is_that_of_a_least_squares_line():
     slope, rng = Slope.over(0.15, 0.005), np.random.default_rng(1)
     white = 0.01 * rng.standard_normal((100_000, 1))
-    assert slope.derivative(white).std() == pytest.approx(0.01 * slope.noise_gain(), rel=0.05)
+    t = slope.dt * np.arange(-slope.half, slope.half + 1)
+    assert slope.derivative(white).std() == pytest.approx(0.01 / np.sqrt(t @ t), rel=0.05)
 
 
 def test_a_constant_residual_is_recovered():

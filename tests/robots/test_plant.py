@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from mass_properties import mass_properties
 
 from infotraj import rotations
 from infotraj.dynamics.actuators import body_wrench
@@ -39,7 +40,7 @@ def hovering(plant, attitude):
 def test_totals_at_zero_tilts_are_the_truths(truth):
     plant = Plant(OMAV, truth)
     still(plant, tilt=-np.array(truth.servos.zero_error))
-    mass, center, inertia = plant.bodies.mass_properties()
+    mass, center, inertia = mass_properties(plant.bodies)
     assert mass == pytest.approx(truth.mass, rel=1e-12)
     np.testing.assert_allclose(center, truth.center_of_mass, atol=1e-12)
     np.testing.assert_allclose(inertia, truth.inertia.matrix(), atol=1e-12)

@@ -127,7 +127,7 @@ def _dead(t: Array, x: Array, c: int, whole: bool) -> Array:
     new = np.delete(change, c, axis=1).any(axis=1)
     same = ~change[:, c]
     out = np.zeros(len(x), dtype=bool)
-    if new.sum() < 50 or not same.any() or not (_noisy(x, c) or whole):
+    if new.sum() < 50 or not same.any() or not (_noisy(x) or whole):
         return out
     changes = int(change[:, c].sum())
     repeats = runs(same)
@@ -165,8 +165,8 @@ def _stopped(x: Array) -> Array:
     return (x == 0) & (others > 0.5)
 
 
-def _noisy(x: Array, c: int) -> bool:
-    """Whether the column, where it changes, or one of its siblings has noise on every sample."""
+def _noisy(x: Array) -> bool:
+    """Whether one of the columns, where it changes, has noise on every sample."""
     for k in range(x.shape[1]):
         y = x[:, k]
         first = np.diff(y)

@@ -103,25 +103,25 @@ class Identity:
     shift: Array
     penalties: Array
 
-    def row(self, pose: int, vector: Vector) -> tuple[int, int, int]:
+    def row(self, vector: Vector) -> tuple[int, int, int]:
         variant = self.variants.index((vector.turn, vector.removed))
         unit = int(np.argmin(np.abs(np.log(self.units / vector.unit))))
         return variant, vector.axes, unit
 
     def likelihood(self, pose: int, vector: Vector) -> float:
         """Log likelihood without any penalty."""
-        v, g, u = self.row(pose, vector)
+        v, g, u = self.row(vector)
         return float(self.values[pose, v, g, u] + self.penalties[v, g, u])
 
     def residual(self, pose: int, vector: Vector) -> tuple[Array, int]:
         """Sums of squared residuals by block, (B, 3), and the index of the time shift, for one reading."""
-        v, g, u = self.row(pose, vector)
+        v, g, u = self.row(vector)
         shift = int(self.shift[pose, v, g, u])
         return self.moments.residual(self.index[pose, v], AXES[g], float(self.units[u]))[:, shift], shift
 
     def series(self, pose: int, vector: Vector) -> tuple[Array, Array]:
         """The channel at the reading's time shift and its prediction, (n, 3) each, less the allowed constant."""
-        v, g, u = self.row(pose, vector)
+        v, g, u = self.row(vector)
         shift = int(self.shift[pose, v, g, u])
         channel = self.moments.channel[shift]
         prediction = float(self.units[u]) * self.moments.predictions[self.index[pose, v]] @ AXES[g].T

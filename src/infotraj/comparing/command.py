@@ -8,42 +8,42 @@ from pathlib import Path
 import click
 
 from infotraj.errors import InputError, UsageError, problem
-from infotraj.options import Several, accept_option, command_steps_option
+from infotraj.options import (
+    PATH,
+    Reading,
+    figures_option,
+    flights_argument,
+    force_from_option,
+    json_option,
+    model_argument,
+    quiet_option,
+    reading_options,
+    recording_option,
+    reference_option,
+    say,
+    verbose_option,
+    window_option,
+)
 
 THRESHOLD_PASSED = 4
 
 
 @click.command("compare")
-@click.argument("model", type=click.Path(path_type=Path))
-@click.argument("flights", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="FLIGHT...")
-@click.option("--against", multiple=True, type=click.Path(path_type=Path), help="Another model; may stand repeatedly.")
-@click.option(
-    "--reference",
-    cls=Several,
-    type=click.Path(path_type=Path),
-    metavar="HEALTHY...",
-    help="Healthy flights of the same vehicle, whose errors stand beside.",
-)
+@model_argument
+@flights_argument
+@click.option("--against", multiple=True, type=PATH, help="Another model; may stand repeatedly.")
+@reference_option(", whose errors stand beside.")
 @click.option("--horizons", help="Rollouts: steps or seconds, such as 1,10,0.5s.")
-@click.option("--window", type=click.FloatRange(min=0, min_open=True), help="Of the filter, s; default 0.15.")
-@click.option(
-    "--force-from",
-    type=click.Choice(["auto", "accelerometer", "velocity"]),
-    default="auto",
-    help="What the force is measured with; auto: the accelerometer where there is one.",
-)
+@window_option
+@force_from_option
 @click.option("--fail-above", help="Exit status 4 above force=N,torque=NM (RMSE of the worst axis).")
-@click.option("--json", "json_file", type=click.Path(path_type=Path), help="The numbers, for programs.")
-@click.option("--figures", type=click.Path(path_type=Path), help="A folder for figures (PNG and PDF).")
-@click.option("--recording", type=click.Path(path_type=Path), help="FILE.rrd: the worst flight, for the rerun viewer.")
-@click.option("--from", "start", type=float, help="First t that is scored, s.")
-@click.option("--to", "stop", type=float, help="Where scoring stops, s.")
-@command_steps_option
-@accept_option
-@click.option("--skip-rejected", is_flag=True, help="Go on with the other flights.")
+@json_option
+@figures_option()
+@recording_option
+@reading_options()
 @click.option("--seed", type=int, default=0, help="Nothing here is random; accepted so that all commands take it.")
-@click.option("-q", "--quiet", is_flag=True, help="No messages.")
-@click.option("-v", "--verbose", is_flag=True, help="A line a flight.")
+@quiet_option
+@verbose_option("A line a flight.")
 def compare_command(
     model: Path,
     flights: tuple[Path, ...],
@@ -56,11 +56,7 @@ def compare_command(
     json_file: Path | None,
     figures: Path | None,
     recording: Path | None,
-    start: float | None,
-    stop: float | None,
-    command_steps: int | None,
-    accept: tuple[str, ...],
-    skip_rejected: bool,
+    reading: Reading,
     seed: int,
     quiet: bool,
     verbose: bool,
@@ -72,7 +68,7 @@ def compare_command(
     from infotraj.comparing.rollouts import parse_horizons
     from infotraj.models import load_model
 
-    files.require_order(start, stop)
+    files.require_order(reading.start, reading.stop)
     wanted = parse_horizons(horizons) if horizons else ()
     limits = thresholds.parse_thresholds(fail_above) if fail_above else {}
     names = [str(p) for p in (model, *against)]
@@ -82,7 +78,13 @@ def compare_command(
 
     def use(flight):
         one = compare(
-            models, [flight], horizons=wanted, window=window or WINDOW, force_from=force_from, start=start, stop=stop
+            models,
+            [flight],
+            horizons=wanted,
+            window=window or WINDOW,
+            force_from=force_from,
+            start=reading.start,
+            stop=reading.stop,
         )
         error = one.models[0].errors[0]
         if not error.scored.any() and len(error.reasons) < 6:
@@ -93,16 +95,7 @@ def compare_command(
         return one
 
     def compared(paths):
-        let_in = files.admitted(
-            paths,
-            models[str(model)].vehicle,
-            use,
-            skip_rejected=skip_rejected,
-            command_steps=command_steps,
-            accept=accept,
-            start=start,
-            stop=stop,
-        )
+        let_in = files.admitted(paths, models[str(model)].vehicle, use, reading)
         used, parts = let_in.flights, let_in.found
         together = Comparison(
             tuple(str(f.meta["source"]) for f in used),
@@ -128,26 +121,21 @@ def compare_command(
         from infotraj.plots.comparison import comparison_figures
 
         for path in comparison_figures(comparison, figures):
-            _say(quiet, str(path))
+            say(quiet, str(path))
     if recording is not None:
         from infotraj.comparing.statistics import worst_flight
         from infotraj.recording.wrench import record_comparison
 
         k = worst_flight(comparison.models[0].errors)
         record_comparison(recording, used[k], comparison.models[0].model, comparison.models[0].errors[k])
-        _say(quiet, f"{recording}: {comparison.paths[k]}")
+        say(quiet, f"{recording}: {comparison.paths[k]}")
     click.echo(summary.as_text(comparison, verbose=verbose), nl=False)
     if healthy is not None:
         click.echo(summary.beside(comparison, healthy), nl=False)
-    files.say_unmet(accept, let_in.codes)
+    files.say_unmet(reading.accept, let_in.codes)
     said = thresholds.passed(comparison.models[0], limits)
     for sentence in said:
         click.echo(f"above the threshold: {sentence}", err=True)
-    _say(quiet, f"next: infotraj locate {model} {' '.join(str(f.meta['source']) for f in used)}")
+    say(quiet, f"next: infotraj locate {model} {' '.join(str(f.meta['source']) for f in used)}")
     if said:
         sys.exit(THRESHOLD_PASSED)
-
-
-def _say(quiet: bool, line: str) -> None:
-    if not quiet:
-        click.echo(line, err=True)

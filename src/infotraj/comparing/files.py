@@ -20,6 +20,7 @@ from infotraj.checking.codes import known, unmet
 from infotraj.checking.whole import Check
 from infotraj.errors import InfotrajError, InputError, UsageError, problem
 from infotraj.flight import Flight, read_flight, stepped
+from infotraj.options import Reading
 from infotraj.progress import progress
 from infotraj.vehicle import Vehicle
 
@@ -44,28 +45,22 @@ def admitted(
     paths: Sequence[Path],
     vehicle: Vehicle,
     use: Callable[[Flight], T],
-    *,
-    skip_rejected: bool,
-    command_steps: int | None = None,
-    accept: Sequence[str] = (),
-    start: float | None = None,
-    stop: float | None = None,
+    reading: Reading,
 ) -> Admitted[T]:
     """The flights that `check` lets through and `use` can work with. The others are named on standard error.
 
-    command_steps: what is said of the commands of all of them (see `stepped`); None: what their metadata say. accept:
-    codes of findings that are overruled in all of them, beside those that their metadata accept. start, stop: s, the
-    part that is used. UsageError for a code that does not exist; InputError where a flight was rejected (with
-    `skip_rejected`: where none is left).
+    UsageError for a code that does not exist; InputError where a flight was rejected (with `skip_rejected`: where none
+    is left).
     """
-    overruled = known(accept)
+    overruled = known(reading.accept)
+    start, stop, steps = reading.start, reading.stop, reading.command_steps
     read: list[Flight] = []
     rejected = 0
     for path in progress(paths, "reading flight"):
         try:
             flight = accepting(read_flight(path), overruled)
             part(flight, start, stop)
-            read.append(flight if command_steps is None else stepped(flight, command_steps))
+            read.append(flight if steps is None else stepped(flight, steps))
         except InputError as error:
             rejected += _named(error)
     flights: list[Flight] = []
@@ -78,7 +73,7 @@ def admitted(
             flights.append(clean)
         except InputError as error:
             rejected += _named(error)
-    if rejected and not (skip_rejected and flights):
+    if rejected and not (reading.skip_rejected and flights):
         remedy = "Leave them out." if not flights else "Leave them out, or give --skip-rejected."
         raise InputError(problem(f"{rejected} of {len(paths)} flights rejected", "flights that can be used", remedy))
     return Admitted(flights, found, checks)

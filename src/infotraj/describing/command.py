@@ -10,7 +10,7 @@ import click
 
 from infotraj.describing.layouts import LAYOUTS, ORDERS, orders_of
 from infotraj.errors import UsageError, problem
-from infotraj.options import Several, accept_option
+from infotraj.options import Reading, Several, accept_option, quiet_option
 
 # What must be known: option, question. Further ones are guessed, and the file says so.
 _NEEDED = {
@@ -49,7 +49,7 @@ def vehicle_command() -> None:
 @click.option("--max-speed", type=_POSITIVE, help="rad/s.")
 @click.option("--inertia", cls=Several, type=_POSITIVE, metavar="XX YY ZZ", help="kg m^2, from CAD or a pendulum.")
 @_FLIGHT
-@click.option("-q", "--quiet", is_flag=True, help="No messages.")
+@quiet_option
 def new_command(output: Path, kind: str | None, flight: Path | None, quiet: bool, **known: Any) -> None:
     """Write a commented vehicle file from a few numbers; what is guessed is said to be.
 
@@ -81,7 +81,7 @@ def new_command(output: Path, kind: str | None, flight: Path | None, quiet: bool
 @click.argument("file", type=click.Path(path_type=Path))
 @click.argument("flight", required=False, type=click.Path(path_type=Path))
 @accept_option
-@click.option("-q", "--quiet", is_flag=True, help="No messages.")
+@quiet_option
 def check_command(file: Path, flight: Path | None, accept: tuple[str, ...], quiet: bool) -> None:
     """Read FILE and say what is impossible in it; with FLIGHT, whether thrust, order, spins and inertia agree with it.
 
@@ -145,9 +145,7 @@ def _held_against(file: Path, flight: Path, accept: tuple[str, ...]) -> None:
     from infotraj.models import load_model
 
     model = load_model(file)
-    let_in = files.admitted(
-        [flight], model.vehicle, lambda f: equation_error(model, f), skip_rejected=False, accept=accept
-    )
+    let_in = files.admitted([flight], model.vehicle, lambda f: equation_error(model, f), Reading(accept=accept))
     for one in seen(let_in.found[0]):
         click.echo(f"{'  ' if one.good else '! '}{one.sentence}")
     files.say_unmet(accept, let_in.codes)

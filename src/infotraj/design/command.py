@@ -9,7 +9,19 @@ from pathlib import Path
 import click
 
 from infotraj.errors import UsageError, problem
-from infotraj.options import Several, accept_option, command_steps_option
+from infotraj.options import (
+    PATH,
+    Reading,
+    Several,
+    effects_from_option,
+    figures_option,
+    json_option,
+    model_argument,
+    quiet_option,
+    reading_options,
+    say,
+    seed_option,
+)
 
 
 class _Seconds(click.ParamType):
@@ -45,12 +57,12 @@ class _Box(click.ParamType):
 
 
 @click.command("design")
-@click.argument("model", type=click.Path(path_type=Path))
+@model_argument
 @click.option(
     "--flown",
     cls=Several,
     required=True,
-    type=click.Path(path_type=Path),
+    type=PATH,
     metavar="FLIGHT...",
     help="The flights so far; what they leave open is asked.",
 )
@@ -67,17 +79,13 @@ class _Box(click.ParamType):
     "--max-tilt", type=click.FloatRange(1.0, 60.0), default=25.0, show_default=True, help="Greatest lean, deg."
 )
 @click.option("--candidates", type=click.IntRange(min=3), default=60, show_default=True, help="Motions that are tried.")
-@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="The reference (CSV).")
-@click.option("--figures", type=click.Path(path_type=Path), help="A folder for the picture (PNG and PDF).")
-@click.option("--json", "json_file", type=click.Path(path_type=Path), help="The numbers, for programs.")
-@click.option(
-    "--effects-from", multiple=True, type=click.Path(path_type=Path), help="File or folder with your own effects."
-)
-@command_steps_option
-@accept_option
-@click.option("--skip-rejected", is_flag=True, help="Go on with the other flights.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Of the candidates.")
-@click.option("-q", "--quiet", is_flag=True, help="No messages.")
+@click.option("-o", "--output", required=True, type=PATH, help="The reference (CSV).")
+@figures_option("the picture")
+@json_option
+@effects_from_option
+@reading_options(part=False)
+@seed_option("Of the candidates.")
+@quiet_option
 def design_command(
     model: Path,
     flown: tuple[Path, ...],
@@ -92,9 +100,7 @@ def design_command(
     figures: Path | None,
     json_file: Path | None,
     effects_from: tuple[Path, ...],
-    command_steps: int | None,
-    accept: tuple[str, ...],
-    skip_rejected: bool,
+    reading: Reading,
     seed: int,
     quiet: bool,
 ) -> None:
@@ -111,14 +117,7 @@ def design_command(
     if separate and determine:
         raise UsageError(problem("--separate and --determine at once", "one question", "Leave one out."))
     read, _ = read_model(model, effects_from)
-    let_in = files.admitted(
-        flown,
-        read.vehicle,
-        lambda flight: observe(read, [flight], None, None),
-        skip_rejected=skip_rejected,
-        command_steps=command_steps,
-        accept=accept,
-    )
+    let_in = files.admitted(flown, read.vehicle, lambda flight: observe(read, [flight], None, None), reading)
     found = diagnose(read, let_in.flights, effects_from=effects_from, seed=seed)
     room = room_of(let_in.flights, box, seconds, max_speed, float(np.deg2rad(max_tilt)), read)
     loud = not quiet and sys.stderr.isatty()
@@ -144,13 +143,8 @@ def design_command(
         paths = [figures / "design.pdf", figures / "design.png"]
         design_figure(made.reference, made.flown.position if made.flown else None, made.inputs, made.limits, *paths)
         for p in paths:
-            _say(quiet, str(p))
+            say(quiet, str(p))
     click.echo(report.as_text(made, str(output)), nl=False)
-    files.say_unmet(accept, let_in.codes + [d.code for d in found.doubts])
+    files.say_unmet(reading.accept, let_in.codes + [d.code for d in found.doubts])
     named = " ".join(str(f.meta["source"]) for f in let_in.flights)
-    _say(quiet, f"next: fly {output}, then infotraj diagnose {model} {named} NEW_FLIGHT")
-
-
-def _say(quiet: bool, line: str) -> None:
-    if not quiet:
-        click.echo(line, err=True)
+    say(quiet, f"next: fly {output}, then infotraj diagnose {model} {named} NEW_FLIGHT")

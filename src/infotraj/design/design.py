@@ -163,7 +163,7 @@ def _within(model: Model, genes: Array, room: Room, bound: Limits, like: Flight)
         inputs = np.stack([flight.get(c)[:, 0] for c in columns], axis=1) if columns else np.zeros((0, 0))
         if not model.vehicle.rotors or bound.passed(inputs) <= -_INSIDE:
             return _Tried(genes, reference, flight, -np.inf)
-        genes = calmer(room, genes, _CALMER)
+        genes = calmer(genes, _CALMER)
     return None
 
 
@@ -191,7 +191,7 @@ def _flyable(
             return one, sim, ""
         # The next best first, then calmer ones of it.
         next_best = best[k + 1] if k + 1 < len(best) else None
-        made = next_best or _within(model, calmer(room, one.genes, _CALMER), room, bound, like)
+        made = next_best or _within(model, calmer(one.genes, _CALMER), room, bound, like)
         if made is None:
             break
         one = made

@@ -80,7 +80,7 @@ def varied(genes: Array, spread: float, rng: np.random.Generator) -> Array:
     return np.where(moved > 1.0, 2.0 - moved, moved)
 
 
-def calmer(room: Room, genes: Array, share: float) -> Array:
+def calmer(genes: Array, share: float) -> Array:
     """The same motion, `share` times as large."""
     out = genes.reshape(-1, _GENES).copy()
     out[:, 0] *= share

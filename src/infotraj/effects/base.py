@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from abc import ABC
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
@@ -176,10 +175,6 @@ class Effect(ABC):
     def key(self) -> tuple[Any, ...]:
         """Name and values, to look results up by."""
         return (self.name, type(self), *((k, tuple(v) if isinstance(v, list) else v) for k, v in self.values.items()))
-
-    def with_values(self, values: Mapping[str, Any]) -> Effect:
-        """The same effect with some values replaced."""
-        return type(self)(**{**self.values, **values})
 
     def check(self, vehicle: Vehicle) -> None:
         """InputError where the values do not fit this vehicle: a rotor that it does not have, a wrong count."""

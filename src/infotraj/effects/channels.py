@@ -11,11 +11,6 @@ from infotraj.vehicle import Vehicle
 NO_ROTORS = "no rotors in the vehicle file"
 
 
-def rotor_columns(vehicle: Vehicle, prefix: str = "cmd_rotor_") -> list[str]:
-    """Names of the rotors' columns."""
-    return [f"{prefix}{i}" for i in range(len(vehicle.rotors))]
-
-
 def tilt_columns(vehicle: Vehicle, prefix: str = "cmd_tilt_") -> list[str]:
     """Names of the tilts' columns."""
     return [f"{prefix}{i}" for i in range(len(vehicle.tilts))]

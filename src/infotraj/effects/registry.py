@@ -103,7 +103,9 @@ def _load(path: Path, changed: int) -> ModuleType:
     return module
 
 
-def _of_packages() -> list[tuple[str, object]]:
+@lru_cache(maxsize=1)
+def _of_packages() -> tuple[tuple[str, object], ...]:
+    """What installed packages declare, asked once: looking through all of them takes 6 ms."""
     found = []
     for entry in entry_points(group=GROUP):
         try:
@@ -115,7 +117,7 @@ def _of_packages() -> list[tuple[str, object]]:
                     f"entry point {entry.name} = {entry.value}: {what}", "a module or a class", "Repair the package."
                 )
             ) from error
-    return found
+    return tuple(found)
 
 
 def _effects_in(source: object) -> list[type[Effect]]:

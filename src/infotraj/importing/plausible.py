@@ -33,7 +33,7 @@ def require_plausible(values: dict[str, Array], names: dict[str, tuple[str, ...]
         channel = CHANNELS[name]
         _bounded(channel, data, names[name], t, path)
         if channel.frame == "attitude":
-            _unit(channel, data, t, path)
+            _unit(channel, data, path)
 
 
 def _bounded(channel: Channel, data: Array, columns: tuple[str, ...], t: Array, path: Path) -> None:
@@ -50,7 +50,7 @@ def _bounded(channel: Channel, data: Array, columns: tuple[str, ...], t: Array, 
         )
 
 
-def _unit(channel: Channel, data: Array, t: Array, path: Path) -> None:
+def _unit(channel: Channel, data: Array, path: Path) -> None:
     norm = np.linalg.norm(data[np.isfinite(data).all(axis=1)], axis=1)
     off = np.abs(norm - 1.0) > _NORM_TOLERANCE
     if norm.size and off.mean() > _NORM_SHARE:

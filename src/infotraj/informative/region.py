@@ -57,14 +57,6 @@ def uniform_region(visited: Array, radius: float, count: int, rng: np.random.Gen
     )
 
 
-def box_region(visited: Array, radius: float, proposals: int, rng: np.random.Generator) -> Array:
-    """Eq. 15 word for word: those of `proposals` uniform samples of the box around `visited` within `radius` of it."""
-    low, high = visited.min(axis=0) - radius, visited.max(axis=0) + radius
-    points = rng.uniform(low, high, (proposals, visited.shape[1]))
-    distance, _ = KDTree(visited).query(points, distance_upper_bound=radius)
-    return points[np.isfinite(distance)]
-
-
 def visited_region(visited: Array, count: int, rng: np.random.Generator) -> Array:
     """`count` of the visited points (n, d), drawn without replacement: weighted as the task visits them."""
     return visited[rng.choice(len(visited), min(count, len(visited)), replace=False)]

@@ -8,42 +8,42 @@ from pathlib import Path
 import click
 
 from infotraj.errors import InputError, problem
-from infotraj.options import Several, accept_option, command_steps_option
+from infotraj.options import (
+    Reading,
+    figures_option,
+    flights_argument,
+    force_from_option,
+    json_option,
+    model_argument,
+    quiet_option,
+    reading_options,
+    recording_option,
+    reference_option,
+    say,
+    seed_option,
+    verbose_option,
+    window_option,
+)
 
 
 @click.command("locate")
-@click.argument("model", type=click.Path(path_type=Path))
-@click.argument("flights", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="FLIGHT...")
-@click.option(
-    "--reference",
-    cls=Several,
-    type=click.Path(path_type=Path),
-    metavar="HEALTHY...",
-    help="Healthy flights of the same vehicle, whose errors stand beside, place by place.",
-)
-@click.option("--window", type=click.FloatRange(min=0, min_open=True), help="Of the filter, s; default 0.15.")
-@click.option(
-    "--force-from",
-    type=click.Choice(["auto", "accelerometer", "velocity"]),
-    default="auto",
-    help="What the force is measured with; auto: the accelerometer where there is one.",
-)
+@model_argument
+@flights_argument
+@reference_option(", whose errors stand beside, place by place.")
+@window_option
+@force_from_option
 @click.option(
     "--least-excess",
     type=click.FloatRange(min=0),
     help="Squared error over the floor's square below which a place does not matter; default 0.25.",
 )
-@click.option("--json", "json_file", type=click.Path(path_type=Path), help="The same, for programs.")
-@click.option("--figures", type=click.Path(path_type=Path), help="A folder for figures (PNG and PDF).")
-@click.option("--recording", type=click.Path(path_type=Path), help="FILE.rrd: the worst flight, for the rerun viewer.")
-@click.option("--from", "start", type=float, help="First t that is searched, s.")
-@click.option("--to", "stop", type=float, help="Where the search stops, s.")
-@command_steps_option
-@accept_option
-@click.option("--skip-rejected", is_flag=True, help="Go on with the other flights.")
-@click.option("--seed", type=int, default=0, help="Of the resamples.")
-@click.option("-q", "--quiet", is_flag=True, help="No messages.")
-@click.option("-v", "--verbose", is_flag=True, help="All windows, trees and flights.")
+@json_option
+@figures_option()
+@recording_option
+@reading_options()
+@seed_option("Of the resamples.")
+@quiet_option
+@verbose_option("All windows, trees and flights.")
 def locate_command(
     model: Path,
     flights: tuple[Path, ...],
@@ -54,11 +54,7 @@ def locate_command(
     json_file: Path | None,
     figures: Path | None,
     recording: Path | None,
-    start: float | None,
-    stop: float | None,
-    command_steps: int | None,
-    accept: tuple[str, ...],
-    skip_rejected: bool,
+    reading: Reading,
     seed: int,
     quiet: bool,
     verbose: bool,
@@ -74,9 +70,9 @@ def locate_command(
     from infotraj.locating.places import LEAST_EXCESS
     from infotraj.models import load_model
 
-    files.require_order(start, stop)
+    files.require_order(reading.start, reading.stop)
     loaded = load_model(model)
-    how = {"window": window or WINDOW, "force_from": force_from, "start": start, "stop": stop}
+    how = {"window": window or WINDOW, "force_from": force_from, "start": reading.start, "stop": reading.stop}
 
     def use(flight):
         error = equation_error(loaded, flight, **how)
@@ -85,16 +81,7 @@ def locate_command(
             why = "; ".join(dict.fromkeys(error.reasons.values())) or left or "too short for the filter's window"
             raise InputError(problem(f"{flight.meta['source']}: no row to search ({why})", "rows", "Leave it out."))
 
-    admitted = partial(
-        files.admitted,
-        vehicle=loaded.vehicle,
-        use=use,
-        skip_rejected=skip_rejected,
-        command_steps=command_steps,
-        accept=accept,
-        start=start,
-        stop=stop,
-    )
+    admitted = partial(files.admitted, vehicle=loaded.vehicle, use=use, reading=reading)
     let_in = admitted(flights)
     used = let_in.flights
     usual = admitted(reference).flights if reference else []
@@ -112,20 +99,15 @@ def locate_command(
         from infotraj.plots.places import place_figures
 
         for path in place_figures(located, figures):
-            _say(quiet, str(path))
+            say(quiet, str(path))
     if recording is not None:
         from infotraj.comparing.statistics import worst_flight
         from infotraj.recording.wrench import record_comparison
 
         k = worst_flight(located.errors)
         record_comparison(recording, used[k], loaded, located.errors[k])
-        _say(quiet, f"{recording}: {located.paths[k]}")
+        say(quiet, f"{recording}: {located.paths[k]}")
     click.echo(summary.as_text(located, verbose=verbose, healthy=healthy), nl=False)
-    files.say_unmet(accept, let_in.codes)
+    files.say_unmet(reading.accept, let_in.codes)
     beside_them = f" --reference {' '.join(healthy.paths)}" if healthy is not None else ""
-    _say(quiet, f"next: infotraj diagnose {model} {' '.join(located.paths)}{beside_them}")
-
-
-def _say(quiet: bool, line: str) -> None:
-    if not quiet:
-        click.echo(line, err=True)
+    say(quiet, f"next: infotraj diagnose {model} {' '.join(located.paths)}{beside_them}")

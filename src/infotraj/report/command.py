@@ -8,42 +8,33 @@ from pathlib import Path
 import click
 
 from infotraj.errors import UsageError, problem
-from infotraj.options import Several, accept_option, command_steps_option
+from infotraj.options import (
+    PATH,
+    Reading,
+    effects_from_option,
+    matters_option,
+    quiet_option,
+    reading_options,
+    reference_option,
+    save_model_option,
+    say,
+    seed_option,
+)
 
 
 @click.command("report")
-@click.argument("model", required=False, type=click.Path(path_type=Path))
-@click.argument("flights", nargs=-1, type=click.Path(path_type=Path), metavar="FLIGHT...")
-@click.option(
-    "--reference",
-    cls=Several,
-    type=click.Path(path_type=Path),
-    metavar="HEALTHY...",
-    help="Healthy flights of the same vehicle: what differs from them is asked, not what the model lacks.",
-)
-@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="The page (HTML).")
-@click.option("--json", "json_file", type=click.Path(path_type=Path), help="All that the page shows, for programs.")
-@click.option(
-    "--from-json", type=click.Path(path_type=Path), help="Draw the page from what --json wrote; nothing is computed."
-)
-@click.option("--save-model", type=click.Path(path_type=Path), help="Write the model with the supported effects.")
-@click.option(
-    "--matters",
-    type=click.FloatRange(min=0),
-    default=0.05,
-    show_default=True,
-    help="Rise of the squared error, in units of the floor, below which an effect is negligible.",
-)
-@click.option(
-    "--effects-from", multiple=True, type=click.Path(path_type=Path), help="File or folder with your own effects."
-)
-@click.option("--from", "start", type=float, help="First t that is used, s.")
-@click.option("--to", "stop", type=float, help="Where use stops, s.")
-@command_steps_option
-@accept_option
-@click.option("--skip-rejected", is_flag=True, help="Go on with the other flights.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Of the resamples and surrogates.")
-@click.option("-q", "--quiet", is_flag=True, help="No messages.")
+@click.argument("model", required=False, type=PATH)
+@click.argument("flights", nargs=-1, type=PATH, metavar="FLIGHT...")
+@reference_option(": what differs from them is asked, not what the model lacks.")
+@click.option("-o", "--output", required=True, type=PATH, help="The page (HTML).")
+@click.option("--json", "json_file", type=PATH, help="All that the page shows, for programs.")
+@click.option("--from-json", type=PATH, help="Draw the page from what --json wrote; nothing is computed.")
+@save_model_option
+@matters_option
+@effects_from_option
+@reading_options()
+@seed_option("Of the resamples and surrogates.")
+@quiet_option
 def report_command(
     model: Path | None,
     flights: tuple[Path, ...],
@@ -54,11 +45,7 @@ def report_command(
     save_model: Path | None,
     matters: float,
     effects_from: tuple[Path, ...],
-    start: float | None,
-    stop: float | None,
-    command_steps: int | None,
-    accept: tuple[str, ...],
-    skip_rejected: bool,
+    reading: Reading,
     seed: int,
     quiet: bool,
 ) -> None:
@@ -80,31 +67,27 @@ def report_command(
     from infotraj.diagnosis.report.summary import sentence
     from infotraj.report.content import gathered
 
-    _say(quiet, "reading and checking the flights")
+    say(quiet, "reading and checking the flights")
     asked = ask(
         model,
         flights,
         reference,
         save_model=save_model,
         effects_from=effects_from,
-        start=start,
-        stop=stop,
-        command_steps=command_steps,
-        accept=accept,
-        skip_rejected=skip_rejected,
+        reading=reading,
     )
     used = asked.flights.flights
-    _say(quiet, f"diagnosing {len(used)} flights, {sum(len(f.t) for f in used)} rows")
+    say(quiet, f"diagnosing {len(used)} flights, {sum(len(f.t) for f in used)} rows")
     found = asked.answer(matters=matters, seed=seed)
     saved = save_model if save_model is not None and asked.save(found, save_model) else None
-    _say(quiet, "computing where it fails, and the error of every combination of effects")
+    say(quiet, "computing where it fails, and the error of every combination of effects")
     words = ["infotraj", "report", *sys.argv[2:]] if sys.argv[1:2] == ["report"] else ["infotraj", "report"]
     content = gathered(asked, found, seed=seed, matters=matters, saved=saved, command=words)
     if json_file is not None:
         files.write_json(content, json_file)
     _write(content, output, quiet)
     click.echo(sentence(found))
-    files.say_unmet(accept, asked.flights.codes + [d.code for d in found.doubts])
+    files.say_unmet(reading.accept, asked.flights.codes + [d.code for d in found.doubts])
 
 
 def _require_one(
@@ -122,9 +105,4 @@ def _write(content: dict, output: Path, quiet: bool) -> None:
     from infotraj.report.page import write_page
 
     write_page(content, output)
-    _say(quiet, f"{output}: {output.stat().st_size / 1e6:.1f} MB, opens in any browser")
-
-
-def _say(quiet: bool, line: str) -> None:
-    if not quiet:
-        click.echo(line, err=True)
+    say(quiet, f"{output}: {output.stat().st_size / 1e6:.1f} MB, opens in any browser")

@@ -47,7 +47,7 @@ def gathered(
         "form": FORM,
         "answer": answer,
         "text": summary.as_text(found, verbose=True),
-        "effects": _about(found, asked.effects_from),
+        "effects": _about(asked.effects_from),
         "unit": {axis: unit["force" if axis[0] == "f" else "torque"] for axis in AXES},
         "flights": [
             row | {"name": name} for row, name in zip(flown.flown(found, asked.flights.checks), names, strict=True)
@@ -88,7 +88,7 @@ def _names(paths: Sequence[str]) -> list[str]:
     return [f"{k}: {p}" for k, p in enumerate(paths)]
 
 
-def _about(found: Diagnosis, effects_from: Sequence[Path]) -> dict[str, Any]:
+def _about(effects_from: Sequence[Path]) -> dict[str, Any]:
     """What each effect is, and the units of its numbers."""
     return {
         name: {

@@ -55,11 +55,6 @@ class Slope:
         weights = np.cumsum(k[::-1])[::-1][1:] / np.sum(k * k)
         return _correlate(x, np.append(weights, 0.0))
 
-    def noise_gain(self) -> float:
-        """Standard deviation of the slope for unit white noise on the samples (1/s)."""
-        k = np.arange(-self.half, self.half + 1)
-        return float(1.0 / (np.sqrt(np.sum(k * k)) * self.dt))
-
 
 def angular_acceleration(flight: Flight, vehicle: Vehicle, window: float = WINDOW) -> tuple[Slope, Array, Array]:
     """The filter, its times t (n,) s, and J^-1 (J dw/dt + w x J w) in rad/s^2, (n, 3), from the measured rate.

@@ -127,11 +127,6 @@ class RegionVariance:
         return added
 
 
-def variance_after(gp: GaussianProcess, region: ArrayLike, added: ArrayLike) -> Array:
-    """Variance of the noise-free function over region (r, d) after adding points (q, d) to `gp`, (r, m)."""
-    return RegionVariance(gp, region).after(added)
-
-
 def _rows(A: Array, lengthscales: Array) -> Array:
     """(a, d + 2) such that _rows(A) @ _columns(B) is -1/2 |A - B|^2 in lengthscales: a kernel by one product."""
     A = A / lengthscales

@@ -16,6 +16,7 @@ from infotraj.flight import Flight
 from infotraj.models import Model
 from infotraj.models.content import ModelFile
 from infotraj.models.file import read_model
+from infotraj.options import Reading
 
 
 @dataclass(frozen=True)
@@ -62,13 +63,10 @@ def ask(
     *,
     save_model: Path | None,
     effects_from: tuple[Path, ...],
-    start: float | None,
-    stop: float | None,
-    command_steps: int | None,
-    accept: Sequence[str],
-    skip_rejected: bool,
+    reading: Reading,
 ) -> Asked:
     """Reads a model and flights and lets in what can be used. UsageError, InputError: in one line what cannot be."""
+    start, stop = reading.start, reading.stop
     files.require_order(start, stop)
     refuse_overwriting(save_model, model)
     if reference and save_model is not None:
@@ -81,16 +79,7 @@ def ask(
     use = usable(read, start, stop, bool(reference))
 
     def admitted(paths: Sequence[Path]) -> files.Admitted[None]:
-        return files.admitted(
-            paths,
-            read.vehicle,
-            use,
-            skip_rejected=skip_rejected,
-            command_steps=command_steps,
-            accept=accept,
-            start=start,
-            stop=stop,
-        )
+        return files.admitted(paths, read.vehicle, use, reading)
 
     let_in = admitted(flights)
     healthy = admitted(reference).flights if reference else []

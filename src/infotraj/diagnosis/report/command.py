@@ -7,50 +7,43 @@ from pathlib import Path
 
 import click
 
-from infotraj.options import Several, accept_option, command_steps_option
-
-_MODEL = click.argument("model", type=click.Path(path_type=Path))
-_EFFECTS_FROM = click.option(
-    "--effects-from", multiple=True, type=click.Path(path_type=Path), help="File or folder with your own effects."
+from infotraj.options import (
+    PATH,
+    Reading,
+    Several,
+    effects_from_option,
+    figures_option,
+    flights_argument,
+    json_option,
+    matters_option,
+    model_argument,
+    quiet_option,
+    reading_options,
+    recording_option,
+    reference_option,
+    save_model_option,
+    say,
+    seed_option,
+    verbose_option,
 )
-_FROM = click.option("--from", "start", type=float, help="First t that is used, s.")
-_TO = click.option("--to", "stop", type=float, help="Where use stops, s.")
-_SKIP = click.option("--skip-rejected", is_flag=True, help="Go on with the other flights.")
-_SEED = click.option("--seed", type=int, default=0, show_default=True, help="Of the resamples and surrogates.")
-_QUIET = click.option("-q", "--quiet", is_flag=True, help="No messages.")
-_VERBOSE = click.option("-v", "--verbose", is_flag=True, help="Every effect, and what the search did.")
-_JSON = click.option("--json", "json_file", type=click.Path(path_type=Path), help="The numbers, for programs.")
+
+_SEED = seed_option("Of the resamples and surrogates.")
+_VERBOSE = verbose_option("Every effect, and what the search did.")
 
 
 @click.command("diagnose")
-@_MODEL
-@click.argument("flights", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="FLIGHT...")
-@click.option(
-    "--reference",
-    cls=Several,
-    type=click.Path(path_type=Path),
-    metavar="HEALTHY...",
-    help="Healthy flights of the same vehicle: what differs from them is asked, not what the model lacks.",
-)
-@click.option("--save-model", type=click.Path(path_type=Path), help="Write the model with the supported effects.")
-@click.option(
-    "--matters",
-    type=click.FloatRange(min=0),
-    default=0.05,
-    show_default=True,
-    help="Rise of the squared error, in units of the floor, below which an effect is negligible.",
-)
-@click.option("--figures", type=click.Path(path_type=Path), help="A folder for the waterfall (PNG and PDF).")
-@click.option("--recording", type=click.Path(path_type=Path), help="FILE.rrd: the worst flight, for the rerun viewer.")
-@_JSON
-@_EFFECTS_FROM
-@_FROM
-@_TO
-@command_steps_option
-@accept_option
-@_SKIP
+@model_argument
+@flights_argument
+@reference_option(": what differs from them is asked, not what the model lacks.")
+@save_model_option
+@matters_option
+@figures_option("the waterfall")
+@recording_option
+@json_option
+@effects_from_option
+@reading_options()
 @_SEED
-@_QUIET
+@quiet_option
 @_VERBOSE
 def diagnose_command(
     model: Path,
@@ -62,11 +55,7 @@ def diagnose_command(
     recording: Path | None,
     json_file: Path | None,
     effects_from: tuple[Path, ...],
-    start: float | None,
-    stop: float | None,
-    command_steps: int | None,
-    accept: tuple[str, ...],
-    skip_rejected: bool,
+    reading: Reading,
     seed: int,
     quiet: bool,
     verbose: bool,
@@ -86,11 +75,7 @@ def diagnose_command(
         reference,
         save_model=save_model,
         effects_from=effects_from,
-        start=start,
-        stop=stop,
-        command_steps=command_steps,
-        accept=accept,
-        skip_rejected=skip_rejected,
+        reading=reading,
     )
     used = asked.flights.flights
     _progress(quiet, f"{len(used)} flights, {sum(len(f.t) for f in used)} rows")
@@ -109,52 +94,48 @@ def diagnose_command(
             fall.labels, fall.axes, fall.rmse, fall.low, fall.high, fall.floor, fall.unit, *paths, refused=found.refused
         )
         for path in paths:
-            _say(quiet, str(path))
+            say(quiet, str(path))
     if recording is not None:
         from infotraj.comparing.equation_error import equation_error
         from infotraj.comparing.statistics import worst_flight
         from infotraj.recording.wrench import record_comparison
 
         shown = [s.flight for s in found.samples]
-        errors = [equation_error(found.model, f, start=start, stop=stop) for f in shown]
+        errors = [equation_error(found.model, f, start=reading.start, stop=reading.stop) for f in shown]
         k = worst_flight(errors)
         record_comparison(recording, shown[k], found.model, errors[k])
-        _say(quiet, f"{recording}: {shown[k].meta.get('source')}")
+        say(quiet, f"{recording}: {shown[k].meta.get('source')}")
     click.echo(summary.as_text(found, verbose=verbose), nl=False)
     if save_model is not None and not found.judged:
         click.echo(f"{save_model} is not written: no axis could be judged", err=True)
-    files.say_unmet(accept, asked.flights.codes + [d.code for d in found.doubts])
+    files.say_unmet(reading.accept, asked.flights.codes + [d.code for d in found.doubts])
     if verbose:
         for line in found.search.trail:
             click.echo(line, err=True)
-    _say(quiet, f"next: {next_command(found, model, save_model)}")
+    say(quiet, f"next: {next_command(found, model, save_model)}")
     flight = flight_command(found, model)
     if flight is not None:
-        _say(quiet, f"what these flights cannot tell: {flight}")
+        say(quiet, f"what these flights cannot tell: {flight}")
 
 
 @click.command("add")
-@_MODEL
+@model_argument
 @click.argument("effects", nargs=-1, required=True, metavar="EFFECT...")
 @click.option(
     "--fit",
     "flights",
     cls=Several,
     required=True,
-    type=click.Path(path_type=Path),
+    type=PATH,
     metavar="FLIGHT...",
     help="The flights to fit to.",
 )
-@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="The new model file.")
-@_JSON
-@_EFFECTS_FROM
-@_FROM
-@_TO
-@command_steps_option
-@accept_option
-@_SKIP
+@click.option("-o", "--output", required=True, type=PATH, help="The new model file.")
+@json_option
+@effects_from_option
+@reading_options()
 @_SEED
-@_QUIET
+@quiet_option
 @_VERBOSE
 def add_command(
     model: Path,
@@ -163,11 +144,7 @@ def add_command(
     output: Path,
     json_file: Path | None,
     effects_from: tuple[Path, ...],
-    start: float | None,
-    stop: float | None,
-    command_steps: int | None,
-    accept: tuple[str, ...],
-    skip_rejected: bool,
+    reading: Reading,
     seed: int,
     quiet: bool,
     verbose: bool,
@@ -183,36 +160,28 @@ def add_command(
     from infotraj.diagnosis.report.saving import refuse_overwriting, save_added
     from infotraj.models.file import read_model
 
+    start, stop = reading.start, reading.stop
     files.require_order(start, stop)
     refuse_overwriting(output, model)
-    read, content = read_model(model, effects_from)
-    let_in = files.admitted(
-        flights,
-        read.vehicle,
-        usable(read, start, stop),
-        skip_rejected=skip_rejected,
-        command_steps=command_steps,
-        accept=accept,
-        start=start,
-        stop=stop,
-    )
+    read, _ = read_model(model, effects_from)
+    let_in = files.admitted(flights, read.vehicle, usable(read, start, stop), reading)
     used = let_in.flights
     made = add(read, effects, used, effects_from=effects_from, start=start, stop=stop)
-    save_added(made, output, parent=model, content=content, flights=used)
+    save_added(made, output, parent=model, flights=used)
     if json_file is not None:
         files.write_json(made.as_dict(), json_file)
     click.echo(made.as_text(), nl=False)
     for label, how in made.ended.items():
         click.echo(f"{label}: {how}; {output} says so, too", err=True)
-    files.say_unmet(accept, let_in.codes)
+    files.say_unmet(reading.accept, let_in.codes)
     named = " ".join(map(str, flights))
-    _say(quiet, f"next: infotraj compare {output} {named} --against {model}{as_read(made.command_steps)}")
+    say(quiet, f"next: infotraj compare {output} {named} --against {model}{as_read(made.command_steps)}")
 
 
 @click.command("history")
-@_MODEL
-@_JSON
-@_QUIET
+@model_argument
+@json_option
+@quiet_option
 def history_command(model: Path, json_file: Path | None, quiet: bool) -> None:
     """How the error of MODEL fell, version by version."""
     from infotraj.diagnosis.report.history import as_dict, as_text, history
@@ -223,12 +192,7 @@ def history_command(model: Path, json_file: Path | None, quiet: bool) -> None:
 
         files.write_json(as_dict(chain), json_file)
     click.echo(as_text(chain), nl=False)
-    _say(quiet, f"next: infotraj diagnose {model} FLIGHT...")
-
-
-def _say(quiet: bool, line: str) -> None:
-    if not quiet:
-        click.echo(line, err=True)
+    say(quiet, f"next: infotraj diagnose {model} FLIGHT...")
 
 
 def _progress(quiet: bool, line: str) -> None:

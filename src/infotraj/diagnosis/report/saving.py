@@ -39,7 +39,7 @@ def save_diagnosed(
     _save(found.model, path, parent, flights, errors, found.before, found.after, note, *said)
 
 
-def save_added(made: Added, path: Path, *, parent: Path, content: ModelFile, flights: Sequence[Flight]) -> None:
+def save_added(made: Added, path: Path, *, parent: Path, flights: Sequence[Flight]) -> None:
     """The model with the effects that were asked for."""
     note = f"add: {', '.join(made.names)}{_read(made.command_steps)}"
     said = (made.accepted, made.ended)

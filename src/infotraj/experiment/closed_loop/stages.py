@@ -59,7 +59,7 @@ def name_effects(
     wrong.mkdir(parents=True, exist_ok=True)
     for names in config.closed_loop.wrong.get(case, ()):
         made = add(model, names.split("+"), flown)
-        save_added(made, wrong / f"{_plain(names)}.yaml", parent=source, content=content, flights=flown)
+        save_added(made, wrong / f"{_plain(names)}.yaml", parent=source, flights=flown)
     _write_json(summary.as_dict(found), numbers)
     down = steps(found, seed=config.base_seed)
     rows = [

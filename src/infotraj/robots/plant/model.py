@@ -131,19 +131,6 @@ class Bodies:
                 )
             )
 
-    def mass_properties(self) -> tuple[float, Array, Array]:
-        """Total mass (kg), centre of mass (3,) m and inertia about it (3, 3) kg m^2 in the body's frame, as placed."""
-        m, d = self.model, self.data
-        mujoco.mj_forward(m, d)
-        body = d.xmat[1].reshape(3, 3)
-        masses = m.body_mass[1:]
-        center = masses @ d.xipos[1:] / masses.sum()
-        inertia = np.zeros((3, 3))
-        for mass, place, turned, principal in zip(masses, d.xipos[1:], d.ximat[1:], m.body_inertia[1:], strict=True):
-            axes, r = turned.reshape(3, 3), place - center
-            inertia += axes @ np.diag(principal) @ axes.T + mass * (np.dot(r, r) * np.eye(3) - np.outer(r, r))
-        return float(masses.sum()), body.T @ (center - d.xpos[1]), body.T @ inertia @ body
-
     def momentum(self) -> tuple[Array, Array]:
         """Linear (kg m/s) and angular momentum (kg m^2/s) about the total centre of mass, world axes, (3,) each."""
         m, d = self.model, self.data
