@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from check_flights import A, W, _shift, named, simulated
+from scipy.stats import norm
 
 from infotraj.checking import check, examine
 from infotraj.checking.across import lags_across
-from infotraj.checking.clocks import offset
+from infotraj.checking.clocks import Offset, offset, offset_findings
 from infotraj.checking.streams import Stream
 
 
@@ -46,6 +47,29 @@ def test_drift_is_found_with_its_size():
     assert found.drift == pytest.approx(1e-3, abs=4 * found.drift_error)
     assert found.drift_error < 2.5e-4
     assert found.varies < 1e-3
+
+
+def lagging(lag, error, segments=(), drift=0.0, drift_error=1.0):
+    return Offset(lag, error, 0.1, segments, drift, drift_error)
+
+
+def test_two_segments_differ_as_two_numbers_with_their_errors_do():
+    found = lagging(0.0, 1e-3, ((0.0, 0.0, 1e-3), (8.0, 0.03, 1e-2)))
+    assert found.varies == pytest.approx(2 * norm.sf(0.03 / np.hypot(1e-3, 1e-2)))
+    assert lagging(0.0, 1e-3, ((0.0, 0.0, 1e-3),)).varies == 1.0
+
+
+@pytest.mark.parametrize(("error", "codes"), [(2.4e-3, ["x_offset"]), (2.6e-3, [])])
+def test_a_lag_is_said_beyond_four_of_its_errors(error, codes):
+    said = offset_findings(lagging(0.01, error), "a", "b", "x", ("wx", "wy", "wz"), 0.005, 0.02)
+    assert [f.code for f in said] == codes
+
+
+@pytest.mark.parametrize(("error", "codes"), [(2.4e-4, ["x_drift"]), (2.6e-4, [])])
+def test_a_drift_is_said_beyond_four_of_its_errors(error, codes):
+    segments = ((0.0, 0.0, 1.0), (40.0, 0.0, 1.0))
+    said = offset_findings(lagging(0.0, 1e-3, segments, 1e-3, error), "a", "b", "x", ("wx", "wy", "wz"), 0.005, 0.02)
+    assert [f.code for f in said] == codes
 
 
 def test_no_lag_from_streams_that_do_not_belong_together():

@@ -3,6 +3,7 @@
 import functools
 import json
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -19,7 +20,7 @@ from infotraj.design.expected import Limits, expected, limits
 from infotraj.design.inputs import commands, own_inputs, stand_in
 from infotraj.design.paths import Room, calmer, drawn, path, varied
 from infotraj.design.questions import determined, open_questions, separated
-from infotraj.design.simulation import simulated
+from infotraj.design.simulation import _step, simulated
 from infotraj.design.worth import Belief, Gram, Question
 from infotraj.diagnosis.diagnosis import diagnose
 from infotraj.diagnosis.judge.evidence import overdispersion
@@ -28,6 +29,7 @@ from infotraj.effects import effect_class
 from infotraj.errors import InputError, UsageError
 from infotraj.flight import Flight
 from infotraj.models import Model
+from infotraj.models.instant import Instant
 from infotraj.trajectories.reference import read_reference
 from infotraj.vehicle import load_vehicle
 
@@ -140,11 +142,15 @@ def test_a_number_is_narrowed_as_the_information_says():
     columns = rng.standard_normal((20, 3))
     gram = np.zeros((4, 4))
     gram[:3, :3] = columns.T @ columns
-    now, after, at = Question(own, None).errors_after(Gram(gram), "a")
-    expect = np.linalg.inv(np.linalg.inv(own.covariance) + columns.T @ columns)
+    question = Question(own, None, spread=1.7)
+    now, after, at = question.errors_after(Gram(gram), "a")
+    expect = np.linalg.inv(np.linalg.inv(own.covariance) + columns.T @ columns / 1.7)
     np.testing.assert_allclose(after, 2.0 * np.sqrt(np.diag(expect))[1:], rtol=1e-4)
     np.testing.assert_allclose(now, 2.0 * np.sqrt(np.diag(own.covariance))[1:], rtol=1e-6)
     assert at == [0, 1]
+    # What is learned of all numbers: by how much their joint density is narrower, in nats.
+    volumes = [np.linalg.slogdet(c)[1] for c in (own.covariance, expect)]
+    assert question.information(Gram(gram)) == pytest.approx(0.5 * (volumes[0] - volumes[1]), rel=1e-4)
 
 
 @functools.cache
@@ -201,6 +207,31 @@ def test_names_that_are_none_and_effects_that_cannot_be_tested_are_refused():
     with pytest.raises(InputError, match="servo_lag cannot be tested"):
         separated(found, "linear_drag", "servo_lag")
     assert len(open_questions(found)) <= 3
+
+
+def test_the_simulated_body_is_integrated_to_second_order():
+    acts = Instant(Model(QUADROTOR, [effect_class("linear_drag")(d=[0.5, 0.6, 0.7])]))
+    start = np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 2.0, -1.0, 0.5, 3.0, -2.0, 4.0])
+    rotor = np.sqrt(QUADROTOR.mass * 9.81 / 4 / QUADROTOR.rotors[0].thrust_coefficient) * np.array([1.0, 1.01, 1, 0.99])
+    ends = []
+    for steps in (20, 40, 80):
+        state = start.copy()
+        for k in range(steps):
+            state = _step(acts, 0.4 * k / steps, state, rotor, np.zeros(0), 0.4 / steps, 9.81)
+        ends.append(state)
+    coarse, fine = (np.abs(a - b).max() for a, b in pairwise(ends))
+    assert 3.3 < coarse / fine < 4.7
+
+
+def test_rotors_that_hardly_follow_lose_the_reference():
+    r = path(room(), drawn(room(), np.random.default_rng(0)))
+    slow = tuple(x.model_copy(update={"time_constant": 1.0}) for x in QUADROTOR.rotors)
+    far = [
+        simulated(Model(v), r, limits(QUADROTOR, [])).away(r)
+        for v in (QUADROTOR, QUADROTOR.model_copy(update={"rotors": slow}))
+    ]
+    assert far[0] < 0.5
+    assert far[1] > 1.0
 
 
 def test_a_controller_that_is_lost_is_said():

@@ -7,7 +7,7 @@ import pytest
 
 from infotraj import rotations
 from infotraj.dynamics import response, rigid_body
-from infotraj.dynamics.actuators import body_wrench, rotor_frames
+from infotraj.dynamics.actuators import body_wrench, rotor_frames, thrusts
 from infotraj.dynamics.allocation import Allocation
 from infotraj.errors import InputError
 from infotraj.vehicle import load_vehicle, parse_vehicle
@@ -24,6 +24,13 @@ def test_hover_needs_the_speed_that_was_measured_on_the_real_omav(omav):
     speed, tilt = Allocation(omav).actuators([0, 0, omav.mass * omav.gravity, 0, 0, 0])
     np.testing.assert_allclose(tilt, 0.0, atol=1e-12)
     np.testing.assert_allclose(speed, 677.0, atol=2.0)  # rad/s, spec of the experiment
+
+
+def test_a_throttle_makes_the_thrust_of_its_polynomial_with_all_three_terms(omav):
+    rotor = omav.rotors[0].model_copy(update={"input": "throttle", "thrust_polynomial": (0.1, 0.5, 2.0)})
+    throttles = np.array([[0.0], [0.3], [1.0]])
+    made = thrusts(omav.model_copy(update={"rotors": (rotor,)}), throttles)
+    np.testing.assert_allclose(made[:, 0], [0.1, 0.1 + 0.15 + 0.18, 2.6])
 
 
 def test_allocation_inverts_the_actuators_for_any_direction_of_the_force(omav):

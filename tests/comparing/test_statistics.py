@@ -1,0 +1,24 @@
+"""Errors of several flights together, by numbers that can be worked out by hand."""
+
+import numpy as np
+import pytest
+
+from infotraj.comparing.equation_error import EquationError
+from infotraj.comparing.statistics import statistics
+
+
+def error_of(measured, floor):
+    """An equation error whose prediction is zero, all axes alike."""
+    n = len(measured)
+    side = np.repeat(np.asarray(measured, dtype=float)[:, None], 6, axis=1)
+    some = dict(red=np.ones(6), unit={}, force_from="", window=0.15, reasons={}, left_out={})
+    return EquationError(0.1 * np.arange(n), side, np.zeros((n, 6)), np.full(6, floor), **some)
+
+
+def test_a_flight_counts_as_its_rows_do():
+    long, short = error_of(np.full(30, 2.0), 0.1), error_of(np.full(10, 6.0), 0.5)
+    found = statistics([long, short])
+    assert found.rmse == pytest.approx(np.sqrt((30 * 2.0**2 + 10 * 6.0**2) / 40))
+    assert found.bias == pytest.approx((30 * 2.0 + 10 * 6.0) / 40)
+    assert found.floor == pytest.approx(np.sqrt((30 * 0.1**2 + 10 * 0.5**2) / 40))
+    assert (found.rows == 40).all()
