@@ -8,9 +8,11 @@ import pytest
 
 from infotraj import rotations
 from infotraj.diagnosis.gates.level import as_level, unmeasured
-from infotraj.diagnosis.judge.numbers import _in_the_file
-from infotraj.diagnosis.select.prior import Scales
+from infotraj.diagnosis.linear.candidates import Candidate
+from infotraj.diagnosis.select.prior import Scales, is_file_number, spikes
 from infotraj.dynamics.actuators import body_wrench
+from infotraj.effects import Declared, Effect, Parameter, effect_class
+from infotraj.effects.rotor_torque import RotorTorque
 from infotraj.flight import ATTITUDE, Flight
 from infotraj.vehicle import load_vehicle
 
@@ -22,7 +24,7 @@ VEHICLE = load_vehicle(Path(__file__).parents[2] / "config/vehicles/quadrotor.ya
 def test_a_corrected_file_makes_the_torque_that_was_found(rotor, axis):
     """An arm of 1 mm that the effect adds, as a moment constant or a place in the file: the same torque of a thrust."""
     arm, speeds = 1e-3, np.full(4, 900.0)
-    name, declared, per = _in_the_file("rotor_torque", {"rotor": rotor}, axis, VEHICLE)
+    name, declared, per = RotorTorque.in_the_file(VEHICLE, axis, rotor)
     old = VEHICLE.rotors[rotor]
     if axis == 2:
         assert name == f"rotor_{rotor}.moment_constant"
@@ -47,6 +49,37 @@ def test_clocks_are_no_worse_for_what_a_file_says_of_its_vehicle():
     assert Scales(0.0).of("clock") == 0.0
     assert Scales(9.0, {"mass": 3.0}).of("mass") == 3.0
     assert Scales(9.0, {"mass": 3.0}).of("rotors") == 9.0
+
+
+def spread(cls, size, command_step=0.0, common=3.0):
+    return spikes([(Candidate(cls, cls.parameters), size)], Scales(common), command_step, VEHICLE)[0]
+
+
+def test_an_effect_says_itself_what_a_file_has_wrong_of_it():
+    class Sag(Effect):
+        """The arms hang by an angle."""
+
+        name, place = "sag", "thrust"
+        parameters = (Parameter("angle", "rad", 0.02, (-0.3, 0.3)),)
+        declared = Declared("angle", 0.1, "arms, lower by")
+
+    class Unheard(Sag):
+        name, declared = "unheard", None
+
+    assert is_file_number(Candidate(Sag, Sag.parameters))
+    assert spread(Sag, 0.02) == pytest.approx(0.3)
+    assert Sag.in_the_file(VEHICLE, 0, 0) == ("arms, lower by", 0.0, 1.0)
+    assert not is_file_number(Candidate(Unheard, Unheard.parameters))
+    assert spread(Unheard, 0.02) == 0.0
+
+
+def test_times_are_off_by_a_share_of_what_is_declared_and_no_better_than_commands_are_stamped():
+    longest = max(r.time_constant for r in VEHICLE.rotors)
+    assert spread(effect_class("rotor_lag"), -0.03) == pytest.approx(3.0 * 0.05 * longest / 0.03)
+    assert spread(effect_class("servo_lag"), 0.03) == 0.0
+    assert spread(effect_class("actuation_delay"), 0.015, 0.02) == pytest.approx(np.hypot(1 / 15, 0.002 / 0.015))
+    # A centre of mass is balanced to a third of a millimetre: on a small vehicle more than a share of its arm.
+    assert spread(effect_class("com_offset"), 0.001) == pytest.approx(3.0 * np.hypot(0.05, 0.33))
 
 
 def test_a_vehicle_that_is_taken_as_level_is_level():

@@ -8,13 +8,15 @@ from dataclasses import replace
 import numpy as np
 
 from infotraj.dynamics.inputs import command_columns
-from infotraj.effects.base import Effect, Parameter
+from infotraj.effects.base import Declared, Effect, Parameter
 from infotraj.effects.channels import tilt_columns
 from infotraj.effects.laws import ActuatorLaw
 from infotraj.errors import InputError, problem
 from infotraj.flight import Flight
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
+
+_LAG = 0.05  # of the declared time constant; a file that declares none is not off by some: its vehicle has no lag
 
 
 class ActuationDelay(Effect):
@@ -26,6 +28,7 @@ class ActuationDelay(Effect):
     needs = ("rotor commands", "moving command")
     source = "transport delay u(t - delay); Franklin et al., Feedback Control of Dynamic Systems, 5.6.3"
     hidden_when = "no commands are recorded, or none changes"
+    declared = Declared("clock", 1 / 15, "commands, later by")  # 1 ms
 
     @classmethod
     def hidden(cls, vehicle: Vehicle, flight: Flight) -> str | None:
@@ -48,6 +51,7 @@ class RotorLag(Effect):
     needs = ("rotor commands", "moving command")
     source = "first-order lag of a speed-controlled motor; Bouabdallah (2007), 2.4"
     hidden_when = "no rotor command is recorded, or none changes"
+    declared = Declared("time", _LAG, "time_constant of the rotors, more by")
 
     @classmethod
     def hidden(cls, vehicle: Vehicle, flight: Flight) -> str | None:
@@ -57,6 +61,11 @@ class RotorLag(Effect):
     def bounds(cls, vehicle: Vehicle, parameter: Parameter) -> tuple[float, float]:
         """Down to no lag at all: the file may declare too much."""
         return -float(vehicle.input_time_constants.min()), parameter.bounds[1]
+
+    @classmethod
+    def declared_deviation(cls, vehicle: Vehicle, size: float) -> float:
+        longest = max([vehicle.time_constant, *(r.time_constant for r in vehicle.rotors)])
+        return _LAG * longest / abs(size)
 
     def actuators(self, law: ActuatorLaw) -> ActuatorLaw:
         return replace(law, rotor_time_constant=np.maximum(law.rotor_time_constant + self.extra_time_constant, 0.0))
@@ -70,6 +79,7 @@ class ServoLag(Effect):
     parameters = (Parameter("extra_time_constant", "s", 0.03, (0.0, 0.5)),)
     needs = ("tilt commands",)
     source = "first-order lag of a position servo; Franklin et al., Feedback Control of Dynamic Systems, 3.3"
+    declared = Declared("time", _LAG, "time_constant of the tilts, more by")
     hidden_when = "no tilt command is recorded, or none changes"
 
     @classmethod
@@ -80,6 +90,10 @@ class ServoLag(Effect):
     def bounds(cls, vehicle: Vehicle, parameter: Parameter) -> tuple[float, float]:
         """Down to no lag at all: the file may declare too much."""
         return -min((t.time_constant for t in vehicle.tilts), default=0.0), parameter.bounds[1]
+
+    @classmethod
+    def declared_deviation(cls, vehicle: Vehicle, size: float) -> float:
+        return _LAG * max((t.time_constant for t in vehicle.tilts), default=0.0) / abs(size)
 
     def actuators(self, law: ActuatorLaw) -> ActuatorLaw:
         return replace(law, tilt_time_constant=np.maximum(law.tilt_time_constant + self.extra_time_constant, 0.0))
@@ -158,6 +172,8 @@ class ServoBias(Effect):
     parameters = (Parameter("bias", "rad", 0.0175, (-0.1, 0.1), size="tilts"),)
     needs = ("tilt commands",)
     source = "zero error of a position servo"
+    shifts = True
+    declared = Declared("angle", 1 / 10, "tilt_{place}, offset")  # 0.1 deg
 
     def actuators(self, law: ActuatorLaw) -> ActuatorLaw:
         return replace(law, tilt_bias=law.tilt_bias + self.bias)

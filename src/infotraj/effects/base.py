@@ -19,6 +19,7 @@ from infotraj.vehicle import Vehicle
 if TYPE_CHECKING:
     from infotraj.effects.along import Along
 
+AXES = ("x", "y", "z")
 Place = Literal["actuators", "thrust", "wrench", "rigid body", "measurement"]
 
 
@@ -60,6 +61,21 @@ class Load:
     mass: float
 
 
+@dataclass(frozen=True)
+class Declared:
+    """What an effect's numbers are in the vehicle file, or in the clocks and frames of its log, where they may be off.
+
+    kind: of numbers that are off together; "time" and "clock" are told no better than commands are stamped. deviation:
+    standard deviation in a file that is right to 1 %, in usual sizes of the effect. words: what the number is called,
+    with {axis}, {place} and {rotor}; value: what is declared of it.
+    """
+
+    kind: str
+    deviation: float
+    words: str
+    value: float = 0.0
+
+
 class Effect(ABC):
     """A named, parametrised change of the model. Subclasses set the class variables and override hooks.
 
@@ -79,6 +95,9 @@ class Effect(ABC):
     beside: ClassVar[tuple[str, ...]] = ()  # without any of these in the model it changes nothing; (): acts by itself
     states: ClassVar[int] = 0  # numbers of each flight's own that are found with it
     exact: ClassVar[bool] = False  # mechanics or a constant, not a formula that approximates what happens
+    shifts: ClassVar[bool] = False  # of actuators: at rest they are elsewhere than their commands, not late alone
+    balance: ClassVar[bool] = False  # of a rigid body: changes what torques a vehicle that stays level needs
+    declared: ClassVar[Declared | None] = None  # its numbers are numbers of the vehicle file or of the log's clocks
 
     def __init__(self, **values: Any) -> None:
         known = {p.name for p in self.parameters}
@@ -148,6 +167,22 @@ class Effect(ABC):
         What a file has wrong of such a number is a factor, as likely twice too much as half.
         """
         return 0.0
+
+    @classmethod
+    def declared_deviation(cls, vehicle: Vehicle, size: float) -> float:
+        """The deviation of `declared` on this vehicle, where a usual size is `size`."""
+        return cls.declared.deviation if cls.declared is not None else 0.0
+
+    @classmethod
+    def in_the_file(cls, vehicle: Vehicle, place: int, rotor: int) -> tuple[str, float, float]:
+        """Name of a file number, what is declared, and how much it changes a unit of the parameter.
+
+        place: of the number among those that are fitted; rotor: the effect's own, 0 where it has none.
+        """
+        axis = AXES[place] if place < len(AXES) else str(place)
+        if cls.declared is None:
+            return f"{cls.name}.{axis}", 0.0, 1.0
+        return cls.declared.words.format(axis=axis, place=place, rotor=rotor), cls.declared.value, 1.0
 
     @classmethod
     def cannot_show(cls, vehicle: Vehicle, flight: Flight) -> str | None:

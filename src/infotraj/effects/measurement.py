@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from infotraj import rotations
-from infotraj.effects.base import Effect, Parameter
+from infotraj.effects.base import Declared, Effect, Parameter
 from infotraj.effects.laws import ImuLaw
 
 
@@ -33,6 +33,7 @@ class ImuMisalignment(Effect):
     parameters = (Parameter("rotvec", "rad", 0.0175, (-0.3, 0.3), size=3),)
     needs = ("gyro", "accelerometer")
     source = "Titterton and Weston, Strapdown Inertial Navigation Technology, 12 (mounting misalignment)"
+    declared = Declared("angle", 1 / 10, "frame of the IMU, turned about {axis} by")  # 0.1 deg
     hidden_when = "rates and specific force are derived, not measured"
 
     def imu(self, law: ImuLaw) -> ImuLaw:
@@ -50,6 +51,7 @@ class TimeOffset(Effect):
     parameters = (Parameter("dt", "s", 0.01, (-0.1, 0.1)),)
     needs = ("gyro", "accelerometer")
     source = "Li and Mourikis (2014), 2"
+    declared = Declared("clock", 1 / 10, "clock of the IMU, later by")  # 1 ms: clocks of log and sensor
     hidden_when = "rates and specific force are derived, not measured"
 
     def imu(self, law: ImuLaw) -> ImuLaw:

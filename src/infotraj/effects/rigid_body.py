@@ -7,9 +7,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from infotraj.effects.base import Effect, Parameter
+from infotraj.effects.base import Declared, Effect, Parameter
 from infotraj.effects.laws import BodyLaw
 from infotraj.vehicle import Vehicle
+
+_BALANCED = 0.00033  # m: what a balance tells of a centre of mass, however small the vehicle
 
 
 class MassOffset(Effect):
@@ -18,6 +20,8 @@ class MassOffset(Effect):
     name = "mass_offset"
     place = "rigid body"
     exact = True
+    balance = True
+    declared = Declared("mass", 1 / 10, "mass")  # 0.5 %: a scale is better than a bench
     parameters = (Parameter("dm", "kg", 0.05, (-0.5, 1.0), meaning="true mass minus the vehicle file's"),)
     needs = ("mass", "specific force")
     source = "Newton's second law"
@@ -34,6 +38,10 @@ class MassOffset(Effect):
     def whole(cls, vehicle: Vehicle, parameter: Parameter) -> float:
         return vehicle.mass
 
+    @classmethod
+    def in_the_file(cls, vehicle: Vehicle, place: int, rotor: int) -> tuple[str, float, float]:
+        return "mass", float(vehicle.mass or 0.0), 1.0
+
     def body(self, law: BodyLaw) -> BodyLaw:
         return law if law.mass is None else replace(law, mass=law.mass + self.dm)
 
@@ -44,6 +52,7 @@ class InertiaError(Effect):
     name = "inertia_error"
     place = "rigid body"
     exact = True
+    declared = Declared("inertia", 2 / 15, "inertia.{axis}{axis}")  # 2 %: from a drawing, or a pendulum
     parameters = tuple(
         Parameter(f"d{a}", "kg m^2", 0.01, (-1.0, 1.0), meaning=f"true J_{a} minus the vehicle file's")
         for a in ("xx", "yy", "zz")
@@ -68,6 +77,12 @@ class InertiaError(Effect):
         i = cls._place[parameter.name]
         return float(vehicle.inertia_matrix()[i, i])
 
+    @classmethod
+    def in_the_file(cls, vehicle: Vehicle, place: int, rotor: int) -> tuple[str, float, float]:
+        name, _, per = super().in_the_file(vehicle, place, rotor)
+        moments = np.diag(vehicle.inertia.matrix()) if vehicle.inertia is not None else np.zeros(3)
+        return name, float(moments[place]), per
+
     def body(self, law: BodyLaw) -> BodyLaw:
         if law.inertia is None:
             return law
@@ -84,6 +99,8 @@ class CenterOfMassOffset(Effect):
     name = "com_offset"
     place = "rigid body"
     exact = True
+    balance = True
+    declared = Declared("place", 1 / 20, "center_of_mass.{axis}")  # 0.15 % of an arm, and `_BALANCED`
     parameters = (Parameter("r", "m", 0.01, (-0.1, 0.1), size=3, meaning="centre of mass, body axes"),)
     needs = ("rate",)
     needs_to_act = needs
@@ -97,6 +114,15 @@ class CenterOfMassOffset(Effect):
     def bounds(cls, vehicle: Vehicle, parameter: Parameter) -> tuple[float, float]:
         reach = 0.5 * arm_length(vehicle)
         return -reach, reach
+
+    @classmethod
+    def declared_deviation(cls, vehicle: Vehicle, size: float) -> float:
+        return float(np.hypot(super().declared_deviation(vehicle, size), _BALANCED / abs(size)))
+
+    @classmethod
+    def in_the_file(cls, vehicle: Vehicle, place: int, rotor: int) -> tuple[str, float, float]:
+        name, _, per = super().in_the_file(vehicle, place, rotor)
+        return name, float(vehicle.center_of_mass[place]), per
 
     def body(self, law: BodyLaw) -> BodyLaw:
         return replace(law, center_of_mass=law.center_of_mass + self.r)

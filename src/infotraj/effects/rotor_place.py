@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from infotraj.effects.base import Effect, Parameter
+from infotraj.effects.base import Declared, Effect, Parameter
 from infotraj.effects.laws import BodyLaw
 from infotraj.rotations import Array
 
@@ -24,6 +24,7 @@ class RotorPlace(Effect):
     needs = ("inertia", "rate")
     beside = ("rotor_drag",)
     source = "Newton and Euler: the torque of a force about another point"
+    declared = Declared("arms", 1 / 7, "middle of the rotors, further along {axis} by")  # 0.7 mm
 
     def body(self, law: BodyLaw) -> BodyLaw:
         return replace(law, drag_at_rotors=law.drag_at_rotors + self.r)

@@ -6,7 +6,7 @@ import numpy as np
 
 from infotraj.dynamics.actuators import turned_about
 from infotraj.effects.along import Along
-from infotraj.effects.base import Effect, Parameter
+from infotraj.effects.base import AXES, Declared, Effect, Parameter
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
@@ -28,6 +28,16 @@ class RotorTorque(Effect):
     source = "Newton and Euler: the torque of a force about another point"
     linear = True
     repeatable = True
+    declared = Declared("arms", 1 / 7, "")  # 0.7 mm, and as much of the reaction torque's arm
+
+    @classmethod
+    def in_the_file(cls, vehicle: Vehicle, place: int, rotor: int) -> tuple[str, float, float]:
+        """A thrust along z that acts further along y turns about x."""
+        r = vehicle.rotors[rotor]
+        if place == 2:
+            return f"rotor_{rotor}.moment_constant", float(r.moment_constant), -float(r.spin)
+        other, sign = (1, 1.0) if place == 0 else (0, -1.0)
+        return f"rotor_{rotor}.position.{AXES[other]}", float(r.position[other]), sign
 
     def wrench(self, along: Along) -> Array:
         rotors = of_arm(along.vehicle, self.rotor)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from infotraj.effects.along import Along
-from infotraj.effects.base import Effect, Parameter
+from infotraj.effects.base import Declared, Effect, Parameter
 from infotraj.effects.drag import force_only
 from infotraj.effects.rigid_body import arm_length
 from infotraj.rotations import Array
@@ -22,6 +22,10 @@ class SteadyForce(Effect):
     needs = ("attitude", "mass", "specific force")
     needs_to_act = ("attitude",)
     source = "Newton's second law with a constant disturbance"
+    # 0.1 deg by which the world frame is not level: 0.17 % of the weight.
+    declared = Declared(
+        "angle", 1 / 18, "level of the world frame or bias of the accelerometer, as a force along {axis}"
+    )
     linear = True
 
     @classmethod

@@ -9,7 +9,7 @@ import numpy as np
 
 from infotraj.dynamics.actuators import thrusts
 from infotraj.effects.along import Along
-from infotraj.effects.base import Effect, Parameter
+from infotraj.effects.base import Declared, Effect, Parameter
 from infotraj.errors import InputError, problem
 from infotraj.flight import Flight
 from infotraj.rotations import Array
@@ -43,10 +43,16 @@ class RotorEffectiveness(Effect):
     )
     source = "loss of control effectiveness; Zhang and Jiang, Annual Reviews in Control 32 (2008)"
     repeatable = True
+    declared = Declared("rotors", 1 / 15, "rotor_{rotor}.thrust, factor", 1.0)  # 1 % of a rotor's thrust
 
     @classmethod
     def whole(cls, vehicle: Vehicle, parameter: Parameter) -> float:
         return 1.0
+
+    @classmethod
+    def in_the_file(cls, vehicle: Vehicle, place: int, rotor: int) -> tuple[str, float, float]:
+        k = vehicle.rotors[rotor].thrust_coefficient
+        return (f"rotor_{rotor}.thrust_coefficient", k, k) if k else super().in_the_file(vehicle, place, rotor)
 
     def check(self, vehicle: Vehicle) -> None:
         super().check(vehicle)
@@ -93,6 +99,7 @@ class MomentScale(Effect):
     needs_to_act = ("reaction torque",)
     source = "Leishman, Principles of Helicopter Aerodynamics, 2.4 (torque coefficient)"
     hidden_when = "coaxial pairs turn at equal speed: their reaction torques cancel"
+    declared = Declared("moment", 1 / 15, "moment_constant of all rotors, factor", 1.0)  # 2 %
 
     @classmethod
     def hidden(cls, vehicle: Vehicle, flight: Flight) -> str | None:

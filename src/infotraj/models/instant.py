@@ -40,7 +40,7 @@ class Instant:
         self._wrench = wrench_of_inputs(model.vehicle)
         self._still = np.zeros((1, len(law.rotor_time_constant))), np.zeros((1, len(model.vehicle.tilts)))
         self._by_hook = {hook: [e for e in acting if overrides(e, hook)] for hook in _ACTS}
-        self.left_out = tuple(e.name for e in acting if not (_instant(e) or e.name == "servo_bias"))
+        self.left_out = tuple(e.name for e in acting if not (_instant(e) or e.shifts))
 
     def accelerations(self, time: float, state: Array, rotor: Array, tilt: Array) -> Array:
         """Specific force of the body's origin and angular acceleration (6,), m/s^2 and rad/s^2, body axes.

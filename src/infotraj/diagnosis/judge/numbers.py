@@ -12,12 +12,10 @@ from infotraj.diagnosis.linear.candidates import places, slopes
 from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.select.search import Fit
 from infotraj.rotations import Array
-from infotraj.vehicle import Vehicle
 
 ORDINARY = 3.0  # standard deviations of this file's own errors: further off, a number is a finding
 THRUST_OVER_MASS = "thrust of all rotors over mass, factor"
 _SEEN = 3.0  # standard errors by which a file number must be off to be told
-_AXES = ("x", "y", "z")
 
 
 @dataclass(frozen=True)
@@ -83,7 +81,8 @@ def file_numbers(made: Fit) -> tuple[FileNumber, ...]:
         theta = made.solution.theta[i]
         if abs(theta) < _SEEN * deviation[i]:
             continue
-        name, declared, per = _in_the_file(c.candidate.name, dict(c.candidate.fixed), c.place, vehicle)
+        rotor = dict(c.candidate.fixed).get("rotor", 0)
+        name, declared, per = c.candidate.cls.in_the_file(vehicle, c.place, rotor)
         at = places(c.candidate, vehicle)[c.place]
         moved = at.value(at.absent + theta * c.scale)
         error = abs(deviation[i] * per * c.scale) * at.slope(moved)
@@ -118,40 +117,3 @@ def _thrust_over_mass(made: Fit, spike: Array, covariance: Array) -> list[FileNu
     ordinary = abs(total) < ORDINARY * float(np.linalg.norm(weight * spike))
     factor = float(np.exp(total))
     return [FileNumber(THRUST_OVER_MASS, 1.0, factor, error * factor, ordinary)]
-
-
-def _in_the_file(effect: str, fixed: dict[str, int], place: int, vehicle: Vehicle) -> tuple[str, float, float]:
-    """Name of a file number, what is declared, and how much it changes a unit of the effect's parameter."""
-    rotor = fixed.get("rotor", 0)
-    axis = _AXES[place] if place < 3 else str(place)
-    if effect == "rotor_effectiveness":
-        k = vehicle.rotors[rotor].thrust_coefficient
-        return (f"rotor_{rotor}.thrust_coefficient", k, k) if k else (f"rotor_{rotor}.thrust, factor", 1.0, 1.0)
-    if effect == "mass_offset":
-        return "mass", float(vehicle.mass or 0.0), 1.0
-    if effect == "inertia_error":
-        moments = np.diag(vehicle.inertia.matrix()) if vehicle.inertia is not None else np.zeros(3)
-        return f"inertia.{axis}{axis}", float(moments[place]), 1.0
-    if effect == "com_offset":
-        return f"center_of_mass.{axis}", float(vehicle.center_of_mass[place]), 1.0
-    if effect == "rotor_torque":
-        # A thrust along z that acts further along y turns about x.
-        if place == 2:
-            r = vehicle.rotors[rotor]
-            return f"rotor_{rotor}.moment_constant", float(r.moment_constant), -float(r.spin)
-        other, sign = (1, 1.0) if place == 0 else (0, -1.0)
-        return f"rotor_{rotor}.position.{_AXES[other]}", float(vehicle.rotors[rotor].position[other]), sign
-    words = {
-        "moment_scale": ("moment_constant of all rotors, factor", 1.0),
-        "rotor_lag": ("time_constant of the rotors, more by", 0.0),
-        "rotor_place": (f"middle of the rotors, further along {axis} by", 0.0),
-        "servo_lag": ("time_constant of the tilts, more by", 0.0),
-        "actuation_delay": ("commands, later by", 0.0),
-        "time_offset": ("clock of the IMU, later by", 0.0),
-        "sensor_lag": ("filters of the sensors, later by", 0.0),
-        "servo_bias": (f"tilt_{place}, offset", 0.0),
-        "steady_force": (f"level of the world frame or bias of the accelerometer, as a force along {axis}", 0.0),
-        "imu_misalignment": (f"frame of the IMU, turned about {axis} by", 0.0),
-    }
-    name, declared = words.get(effect, (f"{effect}.{axis}", 0.0))
-    return name, declared, 1.0

@@ -307,7 +307,7 @@ def balanced(s: Spectrum, without: Sequence[int]) -> None:
 
 def in_balance(candidate: Candidate) -> bool:
     """Whether an effect changes the balance of torques of a vehicle that stays level: not inertia, nor when it acts."""
-    return candidate.cls.place in ("thrust", "wrench") or candidate.name in ("com_offset", "mass_offset")
+    return candidate.cls.place in ("thrust", "wrench") or candidate.cls.balance
 
 
 def _columns_near(like: Linear, m: Member) -> list[int] | None:

@@ -18,7 +18,7 @@ from infotraj.diagnosis.linear.healthy import Healthy
 from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.linear.sums import Sums
 from infotraj.diagnosis.select.around import Linear, linearised
-from infotraj.diagnosis.select.prior import FILE, SCALES, SLAB, Scales, spikes
+from infotraj.diagnosis.select.prior import SCALES, SLAB, Scales, is_file_number, spikes
 from infotraj.diagnosis.select.score import diluted
 from infotraj.diagnosis.select.search import Fit
 from infotraj.flight import Flight
@@ -160,7 +160,7 @@ def _before(now: Linear, columns: Sequence[int]) -> Array:
     """
     balance = bool(now.observation.balance)
     owners = [now.columns[c].candidate for c in columns]
-    bounded = [(x.name in FILE or (balance and x.cls.place == "thrust")) and x.name not in _TRIM for x in owners]
+    bounded = [(is_file_number(x) or (balance and x.cls.place == "thrust")) and x.name not in _TRIM for x in owners]
     return np.where(bounded, max(SCALES) * _usual(now, columns), SLAB)
 
 

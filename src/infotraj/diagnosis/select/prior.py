@@ -22,27 +22,8 @@ from infotraj.vehicle import Vehicle
 SLAB = 2.0  # usual sizes: standard deviation of the numbers of an effect
 EACH = 5.0  # nats that a further effect costs before its numbers: of 150 effects one is missing
 STATE = 2.0  # nats of a number that is found for one flight: it is told to an eighth of what it may be
-SCALES = (0.05, 0.3, 1.0, 3.0, 9.0)  # of all numbers of a file together, times FILE
+SCALES = (0.05, 0.3, 1.0, 3.0, 9.0)  # of all numbers of a file together, times what their effects say (`Declared`)
 KIND_SPREAD = 0.4  # standard deviation of the logarithm by which a kind's scale differs from the common one
-# Standard deviation, in usual sizes of the effect, of a number in a file that is right to 1 %, and the kind it is of.
-FILE = {
-    "rotor_effectiveness": (1 / 15, "rotors"),  # 1 % of a rotor's thrust
-    "mass_offset": (1 / 10, "mass"),  # 0.5 %: a scale is better than a bench
-    "inertia_error": (2 / 15, "inertia"),  # 2 %: from a drawing, or a pendulum
-    "com_offset": (1 / 20, "place"),  # 0.15 % of an arm, and a third of a millimetre
-    "moment_scale": (1 / 15, "moment"),  # 2 %
-    "rotor_torque": (1 / 7, "arms"),  # 0.7 mm, and as much of the reaction torque's arm
-    "rotor_place": (1 / 7, "arms"),  # 0.7 mm
-    "rotor_lag": (0.0, "time"),  # 5 % of what the file says: see `_LAG`
-    "servo_lag": (0.0, "time"),  # the same
-    "actuation_delay": (1 / 15, "clock"),  # 1 ms
-    "time_offset": (1 / 10, "clock"),  # 1 ms: clocks of log and sensor
-    "servo_bias": (1 / 10, "angle"),  # 0.1 deg
-    "imu_misalignment": (1 / 10, "angle"),  # 0.1 deg
-    "steady_force": (1 / 18, "angle"),  # 0.1 deg by which the world frame is not level: 0.17 % of the weight
-}
-_LAG = 0.05  # of the declared time constant; a file that declares none is not off by some: its vehicle has no lag
-_BALANCED = 0.00033  # m: what a balance tells of a centre of mass, however small the vehicle
 _STAMP = 0.1  # of the time between commands: their stamps are hardly more exact
 
 
@@ -65,7 +46,7 @@ class Scales:
 
 def is_file_number(candidate: Candidate) -> bool:
     """Whether a candidate's numbers are numbers of the vehicle file, or of the clocks and frames of its log."""
-    return candidate.name in FILE
+    return candidate.cls.declared is not None
 
 
 def spikes(owners: Sequence[tuple[Candidate, float]], scales: Scales, command_step: float, vehicle: Vehicle) -> Array:
@@ -77,24 +58,13 @@ def spikes(owners: Sequence[tuple[Candidate, float]], scales: Scales, command_st
     if scales.common == 0.0:
         return out
     for i, (candidate, size) in enumerate(owners):
-        if candidate.name not in FILE:
+        if candidate.cls.declared is None:
             continue
-        deviation, kind = FILE[candidate.name]
-        if kind == "time":
-            deviation = _LAG * _declared_lag(candidate.name, vehicle) / abs(size)
-        if kind == "place":
-            deviation = np.hypot(deviation, _BALANCED / abs(size))
-        out[i] = scales.of(kind) * deviation
+        kind = candidate.cls.declared.kind
+        out[i] = scales.of(kind) * candidate.cls.declared_deviation(vehicle, size)
         if kind in ("time", "clock"):
             out[i] = np.hypot(out[i], _STAMP * command_step / abs(size))
     return out
-
-
-def _declared_lag(effect: str, vehicle: Vehicle) -> float:
-    """The longest time constant (s) that the file has for what an effect makes slower."""
-    if effect == "servo_lag":
-        return max((t.time_constant for t in vehicle.tilts), default=0.0)
-    return max([vehicle.time_constant, *(r.time_constant for r in vehicle.rotors)])
 
 
 def file_only(vehicle: Vehicle, known: Sequence[Candidate]) -> list[Candidate]:

@@ -19,7 +19,7 @@ from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.noise.spectra import binned, spectra
 from infotraj.diagnosis.select.around import Linear, linearised
 from infotraj.diagnosis.select.bounds import beyond_bounds
-from infotraj.diagnosis.select.prior import FILE, SCALES, SLAB, Scales
+from infotraj.diagnosis.select.prior import SCALES, SLAB, Scales
 from infotraj.diagnosis.select.score import Scorer, Solution
 from infotraj.rotations import Array
 
@@ -264,7 +264,8 @@ def scaled(now: Linear, chosen: tuple[int, ...], common: float) -> Scales:
     along = np.linalg.solve(of_taken, np.column_stack([gram[taken][:, file], right[taken]]))
     rest = gram[file][:, file] - gram[file][:, taken] @ along[:, :-1]
     pull = right[file] - gram[file][:, taken] @ along[:, -1]
-    kind = [FILE[now.columns[i].candidate.name][1] for i in file]
+    declared = [now.columns[i].candidate.cls.declared for i in file]
+    kind = [d.kind for d in declared if d is not None]
     kinds = list(dict.fromkeys(kind))
     deviation = {s: now.spike(Scales(s))[file] for s in SCALES}
     of_kind = {k: np.array([x == k for x in kind]) for k in kinds}
