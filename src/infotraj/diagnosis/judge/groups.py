@@ -46,6 +46,8 @@ def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival
     # What is hardly needed is as probable with anything in its place.
     sure = gain > least
     for i, score in zip(open_to, scores[1:], strict=True):
+        if not np.isfinite(score):
+            continue
         near = sure and (score - scores[0] > _NEAR * gain or whole.solution.score - score < least)
         rise = rise_beside(whole, (*rest, i), mine) if near or score > scores[0] else np.inf
         if near or rise < min(matters, _MOSTLY * alone):
