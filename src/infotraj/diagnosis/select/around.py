@@ -18,7 +18,6 @@ from infotraj.diagnosis.select.score import Choice, Scorer
 from infotraj.effects.base import Effect
 from infotraj.rotations import Array
 
-_STAYS = 0.1  # of what a file number must shift to be taken along: one that comes and goes settles nothing
 _NEAR = 0.3  # usual sizes within which a number's column stays what it is
 
 
@@ -153,7 +152,6 @@ class Linear:
         vehicle = self.observation.vehicle
         labels = {self.choices[i].label for i in chosen}
         held = {m.candidate.label: m for m in self.point if m.held}
-        inside = {m.candidate.label for m in self.point}
         gram = np.diag(self.sums.gram.sum(axis=(0, 1)))[1:]
         by_label: dict[str, dict[int, float]] = {}
         variant = {self.choices[i].label: self.variants[i] for i in chosen}
@@ -176,8 +174,7 @@ class Linear:
             moved[label] = moved.get(label, 0.0) + theta[i] ** 2 * gram[i]
         out = []
         for label, numbers in by_label.items():
-            least = _STAYS * shift if label in inside else shift
-            if label not in held and label not in labels and moved[label] < least:
+            if label not in held and label not in labels and moved[label] < shift:
                 continue
             candidate = candidates[label]
             at = places(candidate, vehicle)

@@ -27,6 +27,7 @@ MOST = 6  # effects: physics of which six named ones are not enough is not of th
 _NARROW = 4  # sets that are kept while the scale of the file is looked for
 _ROUNDS = 5
 _SETTLED = 1.0  # weighted squared error by which a last step may still fall
+_FAR = 0.1  # of the error, by which it may still fall where rounds ran out: with more the numbers are not found yet
 _HALVES = 5
 _EXPECTED = 1.2  # times the error that the linear model says of a step: with more it is taken by half
 _LOOSE = 10.0  # weighted squared error that a file number must be worth to be taken into the model: the rest is linear
@@ -121,7 +122,7 @@ class Search:
         Of several at a bound the one goes that is worth least; what it stood for is searched anew.
         """
         while True:
-            if _gain_left(made.linear, made.solution) > _SETTLED:
+            if _gain_left(made.linear, made.solution) > _FAR * made.linear.absent.error(made.solution.theta).sum():
                 made = self._settled(made, made.labels, 3 * _ROUNDS, False)
             inside = {m.candidate.label for m in made.members if not m.held}
             ended = {k: v for k, v in beyond_bounds(made.members, self.observation.vehicle).items() if k in inside}
