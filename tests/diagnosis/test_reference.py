@@ -232,7 +232,7 @@ def test_a_load_is_told_from_real_flights_of_a_vehicle_that_is_commanded_by_wren
     found = diagnose(model, [crazyswarm2(202)], reference=free)
     told = found.finding("suspended_load")
     assert told.verdict in ("Supported", "Not separable")
-    assert told.parameters["mass"] == pytest.approx(0.005, rel=0.15)
+    assert told.parameters["mass"] == pytest.approx(0.005, rel=0.2)
     # The healthy flights have no accelerometer: what only an accelerometer shows is not known to have changed.
     assert found.finding("time_offset").verdict == "Not testable here"
     assert diagnose(model, free[:1], reference=free[1:]).supported == ()
