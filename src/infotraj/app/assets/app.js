@@ -48,7 +48,9 @@
       const row = document.createElement("tr"), head = document.createElement("th");
       head.scope = "row"; head.textContent = file.name; row.append(head);
       row.dataset.name = file.name;
-      if (file.kind === "flight") { cell(row, box(asked, healthy, file.name, "Ask")); cell(row, box(healthy, asked, file.name, "Healthy")); }
+      const refused = (state.files[file.name] || {}).outcome === "rejected";
+      if (refused) { asked.delete(file.name); healthy.delete(file.name); }
+      if (file.kind === "flight" && !refused) { cell(row, box(asked, healthy, file.name, "Ask")); cell(row, box(healthy, asked, file.name, "Healthy")); }
       else { cell(row, "–"); cell(row, "–"); }
       const said = state.files[file.name];
       if (said) {
