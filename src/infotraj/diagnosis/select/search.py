@@ -100,7 +100,7 @@ class Search:
         """The most probable set of effects, fitted. now: where it begins."""
         found = self._from(Fit(now, *searched(now), self.known))
         best = max((found, *self._partnered(found)), key=lambda f: f.solution.score)
-        return self._within(best)
+        return self._within(found if best is found else self._settled(best, best.labels, 3 * _ROUNDS, False))
 
     def _from(self, made: Fit) -> Fit:
         """The best set, from a fit on: made linear around it and searched again until it settles."""
