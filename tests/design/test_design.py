@@ -20,7 +20,8 @@ from infotraj.design.expected import Limits, expected, limits
 from infotraj.design.inputs import commands, own_inputs, stand_in
 from infotraj.design.paths import Room, calmer, drawn, path, varied
 from infotraj.design.questions import determined, open_questions, separated
-from infotraj.design.simulation import _step, simulated
+from infotraj.design.report import as_text, following
+from infotraj.design.simulation import Simulated, _step, simulated
 from infotraj.design.worth import Belief, Gram, Question
 from infotraj.diagnosis.diagnosis import diagnose
 from infotraj.diagnosis.judge.evidence import overdispersion
@@ -240,6 +241,24 @@ def test_a_controller_that_is_lost_is_said():
     flown = simulated(weak, r, limits(QUADROTOR, []))
     assert flown.at_limit > 0.02 or flown.away(r) > 1.0
     assert simulated(Model(load_vehicle(VEHICLES / "crazyswarm2.yaml")), r, limits(QUADROTOR, [])) is None
+
+
+def test_a_weak_rotor_does_not_lose_the_reference():
+    r = path(room(), drawn(room(), np.random.default_rng(0)))
+    weak = Model(QUADROTOR, [effect_class("rotor_effectiveness")(rotor=3, factor=0.8)])
+    assert simulated(weak, r, limits(QUADROTOR, [])).away(r) < 0.25
+
+
+def test_what_strays_in_simulation_is_not_to_be_flown(monkeypatch):
+    def far(model, reference, bound):
+        return Simulated(np.add(reference.position, [0.0, 0.4, 0.0]), np.zeros((len(reference.t), 4)), 0.0)
+
+    monkeypatch.setattr("infotraj.design.design.simulated", far)
+    found, flights = flown()
+    made = design(found, flights, room_of(flights, (2.0, 2.0, 1.0), 8.0, 2.0, 0.4, found.model), candidates=3)
+    assert "warning: in simulation it strays by 0.4 m from the reference" in as_text(made, "ref.csv")
+    assert following(made, "ref.csv", "diagnose").startswith("do not fly it as it is")
+    assert following(replace(made, not_flown=""), "ref.csv", "diagnose") == "fly ref.csv, then diagnose"
 
 
 def test_the_command_writes_a_reference_and_says_what_it_will_tell(tmp_path):

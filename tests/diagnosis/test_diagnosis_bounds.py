@@ -16,6 +16,7 @@ from infotraj.diagnosis.diagnosis import diagnose
 from infotraj.diagnosis.judge.verdicts import CONFIDENT
 from infotraj.diagnosis.report.command import add_command, diagnose_command
 from infotraj.diagnosis.select.bounds import beyond_bounds
+from infotraj.errors import UsageError
 from infotraj.flight import Flight
 from infotraj.models import Model
 from infotraj.models.file import read_model
@@ -97,3 +98,9 @@ def test_a_refused_diagnosis_writes_no_model_and_says_so(tmp_path):
     assert f"{tmp_path / 'm.yaml'} is not written" in done.stderr
     assert "--against" not in done.stderr
     assert not (tmp_path / "m.yaml").exists()
+
+
+def test_add_names_the_places_where_the_one_that_was_asked_for_is_none(stormy):
+    for asked in ("rotor_effectiveness:7", "rotor_effectiveness"):
+        with pytest.raises(UsageError, match=r"expected one of rotor_effectiveness:0, .*rotor_effectiveness:3"):
+            add(Model(load_vehicle(VEHICLE)), [asked], stormy)

@@ -25,11 +25,6 @@ class Said:
     good: bool
 
 
-def tip_speed(speed: float, radius: float) -> float:
-    """m/s, of a rotor that turns at `speed` (rad/s)."""
-    return speed * radius
-
-
 def alone(vehicle: Vehicle) -> list[Said]:
     """What can be told of the file by itself, good and not."""
     if not vehicle.rotors:
@@ -47,7 +42,7 @@ def _hover(vehicle: Vehicle) -> list[Said]:
     radii = [r.radius for r in turning if r.radius]
     if not radii:
         return [Said(said, True)]
-    tip = tip_speed(speed, max(radii))
+    tip = speed * max(radii)
     good = _SLOWEST_TIP < tip < FASTEST_TIP
     doubt = "" if good else f": tips of {_SLOWEST_TIP:g} to {FASTEST_TIP:g} m/s are usual; mass or thrust_coefficient?"
     return [Said(f"{said}, tips at {tip:.3g} m/s{doubt}", good)]

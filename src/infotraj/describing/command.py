@@ -129,9 +129,9 @@ def _completed(known: dict[str, Any], kind: str) -> str:
 
 
 def _checked_speed(hover: float, propeller: float) -> None:
-    from infotraj.describing.alone import FASTEST_TIP, RPM, tip_speed
+    from infotraj.describing.alone import FASTEST_TIP, RPM
 
-    tip = tip_speed(hover, propeller / 2)
+    tip = hover * propeller / 2
     if tip > FASTEST_TIP:
         found = f"--hover {hover:g}: at {hover:g} rad/s the tips of {propeller:g} m propellers move with {tip:.0f} m/s"
         remedy = f"If it is in rpm, give --hover {hover * RPM:.4g}."

@@ -147,4 +147,5 @@ def design_command(
     click.echo(report.as_text(made, str(output)), nl=False)
     files.say_unmet(reading.accept, let_in.codes + [d.code for d in found.doubts])
     named = " ".join(str(f.meta["source"]) for f in let_in.flights)
-    say(quiet, f"next: fly {output}, then infotraj diagnose {model} {named} NEW_FLIGHT")
+    again = f"infotraj diagnose {model} {named} NEW_FLIGHT"
+    say(quiet, f"next: {report.following(made, str(output), again)}")

@@ -32,7 +32,7 @@ _TRIES = 8
 _EVERY = 2  # rows of a candidate that are looked at: 50 Hz, and all that is believed is slower than 20 Hz
 _INSIDE = 0.02  # of a rotor's range that stays in reserve for what a controller adds
 _AT_LIMIT = 0.02  # of the time at most, in simulation
-BESIDE = 0.25  # m from the box, at most, in simulation; further from the reference than this is said
+_BESIDE = 0.25  # m from the reference, and so from the box, at most, in simulation
 
 
 @dataclass(frozen=True)
@@ -170,11 +170,10 @@ def _within(model: Model, genes: Array, room: Room, bound: Limits, like: Flight)
 def _flyable(
     model: Model, best: list[_Tried], room: Room, bound: Limits, like: Flight
 ) -> tuple[_Tried, Simulated | None, str]:
-    """The best motion, made calmer until a simulated vehicle flies it within its limits and its room.
+    """The best motion, made calmer until a simulated vehicle flies it within its limits and near its reference.
 
     Where the simulation cannot say, or no calmer one does, the motion as it is, and why.
     """
-    low, high = room.center - room.size / 2 - BESIDE, room.center + room.size / 2 + BESIDE
     one, why = best[0], ""
     for k in range(_TRIES):
         try:
@@ -183,8 +182,8 @@ def _flyable(
             return one, None, str(error)
         if sim is None:
             return one, None, "the vehicle file has no rotors, mass or inertia: nothing could be simulated"
-        inside = bool(np.all((sim.position >= low) & (sim.position <= high)))
-        why = "" if inside else "in simulation it leaves the room"
+        away = sim.away(one.reference)
+        why = f"in simulation it strays by {away:.2g} m from the reference" if not away <= _BESIDE else ""
         if sim.at_limit > _AT_LIMIT:
             why = f"in simulation a rotor is at its limit for {sim.at_limit:.0%} of the time"
         if not why:

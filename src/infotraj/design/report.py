@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from infotraj.design.design import BESIDE, Design, Told
+from infotraj.design.design import Design, Told
 
 
 def as_text(made: Design, output: str) -> str:
@@ -23,16 +23,18 @@ def as_text(made: Design, output: str) -> str:
         lines.append(f"rotors: {share.min():.0%} to {share.max():.0%} of the range between least and greatest input")
     lines += [line for t in made.told for line in _told(t)]
     if made.flown is not None and not made.not_flown:
-        away, room = made.flown.away(r), " x ".join(f"{x:.3g}" for x in made.room.size)
-        how = f"in simulation, with the model as found and a plain controller, it stays in the room of {room} m"
-        lines.append(f"{how}, at most {away:.2g} m from the reference")
-        if away > BESIDE:
-            lines.append(
-                f"warning: a flight that strays by {away:.2g} m is another than was asked: keep that much clear"
-            )
+        how = "simulated with the model as found, by a plain controller"
+        lines.append(f"{how}: {made.flown.away(r):.2g} m from the reference at most")
     if made.not_flown:
         lines.append(f"warning: {made.not_flown}")
     return "\n".join(lines) + "\n"
+
+
+def following(made: Design, output: str, diagnose: str) -> str:
+    """What to do with it: not to fly what went wrong in simulation. diagnose: the command for afterwards."""
+    if made.not_flown and made.flown is not None:
+        return "do not fly it as it is; ask again with a smaller --box, --max-speed or --max-tilt"
+    return f"fly {output}, then {diagnose}"
 
 
 def _told(t: Told) -> list[str]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from infotraj import rotations
-from infotraj.control.thrust_vector import ThrustVectorController
+from infotraj.control.thrust_vector import AGILE, ThrustVectorController, ThrustVectorGains
 from infotraj.control.tracking import TrackingController
 from infotraj.design.expected import Limits
 from infotraj.design.inputs import own_inputs, stand_in
@@ -41,13 +41,28 @@ class Simulated:
 def simulated(model: Model, reference: Reference, limits: Limits) -> Simulated | None:
     """The flight in simulation; None for a vehicle without rotors, whose limits nobody knows.
 
+    Where rotors do not tilt, under soft gains and under firm ones: what a soft loop cannot hold against a weak rotor a
+    firm one can, and what a firm one shakes up behind slow rotors a soft one holds. The nearer to the reference counts.
     InputError where an effect of the model needs what no single state holds (a load's swing).
     """
     vehicle = model.vehicle
     if not vehicle.rotors or vehicle.mass is None or vehicle.inertia is None:
         return None
-    acts, own = Instant(model), stand_in(vehicle)
-    controller = TrackingController(own, reference) if vehicle.tilts else ThrustVectorController(own, reference)
+    own = stand_in(vehicle)
+    if vehicle.tilts:
+        return _under(TrackingController(own, reference), model, reference, limits)
+    tried = [
+        _under(ThrustVectorController(own, reference, gains), model, reference, limits)
+        for gains in (ThrustVectorGains(), AGILE)
+    ]
+    return min(tried, key=lambda s: s.away(reference))
+
+
+def _under(
+    controller: TrackingController | ThrustVectorController, model: Model, reference: Reference, limits: Limits
+) -> Simulated:
+    """The flight in simulation under one controller."""
+    vehicle, acts = model.vehicle, Instant(model)
     dt = reference.dt
     lags = np.array([r.time_constant for r in vehicle.rotors])
     follow = 1.0 - np.exp(-dt / np.maximum(lags, 1e-6))

@@ -15,7 +15,7 @@ from infotraj.rotations import Array
 
 STATES = 4  # angles and rates of the first row, across the cable
 _USUAL = 0.1  # rad, and rad of a free swing's rate: how far a load that hangs still is from rest
-_LEARNED = 10.0  # s: after more of it a swing without damping is another
+LEARNED = 10.0  # s: after more of it a swing without damping is another
 _EVERY = 0.02  # s
 _LONGEST = 1.0  # s over which errors go together, at most
 _PERIODS = (1.0, 3.0)  # of a free swing from which it is found at first: over many an error of phase hides the way
@@ -33,13 +33,14 @@ def first_swing(across: Across, swing: Swing, time: Array, hang: Array, rate: fl
 
     across(time (N,) s): two directions across the thrusts (N, 2, 3), world axes, and the specific force (m/s^2) and the
     velocity (m/s) along them, (N, 2); swing(q, q'): direction of the cable (N, 3) and its pull per mass of the load
-    (N,) m/s^2 at `time`, for a load that begins so; hang (3,): where it hangs at rest; rate: of a free swing, rad/s.
+    (N,) m/s^2 at `time`, for a load that begins so; time: of the flight's first LEARNED seconds; hang (3,): where it
+    hangs at rest; rate: of a free swing, rad/s.
     """
     sideways = np.linalg.svd(hang[None])[2][1:]
     still = np.zeros(STATES)
     every = max(1, round(_EVERY / (time[1] - time[0])))
     step = every * (time[1] - time[0])
-    seen = time[time <= time[0] + _LEARNED][::every]
+    seen = time[::every]
     every_direction, force, velocity = across(seen)
 
     def state(x: Array) -> tuple[Array, Array]:
@@ -57,7 +58,7 @@ def first_swing(across: Across, swing: Swing, time: Array, hang: Array, rate: fl
         return np.einsum("nki,ni->kn", every_direction[:count], along).ravel()
 
     x = still
-    for seconds in (*(2.0 * np.pi * n / rate for n in _PERIODS), _LEARNED):
+    for seconds in (*(2.0 * np.pi * n / rate for n in _PERIODS), np.inf):
         count = int(np.searchsorted(seen, seen[0] + seconds))
         one, none = np.ones(count), np.zeros(count)
         others = [np.concatenate(pair) for v in (one, *velocity[:count].T) for pair in ((v, none), (none, v))]

@@ -9,7 +9,7 @@ from numba import njit
 
 from infotraj.effects.along import Along, OriginPath
 from infotraj.effects.base import Effect, Load, Parameter
-from infotraj.effects.first_swing import STATES, first_swing
+from infotraj.effects.first_swing import LEARNED, STATES, first_swing
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
@@ -74,12 +74,13 @@ class SuspendedLoad(Effect):
             up = line / np.linalg.norm(line)
         first, rate = -up, np.zeros(3)
         if path.across is not None:
-            time = path.start + step * np.arange(steps + 1)
+            time = path.start + step * np.arange(min(steps, math.floor(LEARNED / step)) + 1)
+            begun = force[: 2 * len(time) - 1]
 
             def swing(q: Array, q_dot: Array) -> tuple[Array, Array]:
-                states = _swing(force, step, self.length, q, q_dot)
+                states = _swing(begun, step, self.length, q, q_dot)
                 q, q_dot = states[:, 0], states[:, 1]
-                along = np.einsum("ni,ni->n", q, force[::2])
+                along = np.einsum("ni,ni->n", q, begun[::2])
                 return q, self.length * np.einsum("ni,ni->n", q_dot, q_dot) - along
 
             free = math.sqrt(float(np.linalg.norm(force.mean(axis=0))) / self.length)
