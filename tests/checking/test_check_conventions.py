@@ -61,6 +61,13 @@ def test_without_an_attitude_units_of_the_accelerometer_are_still_judged():
     assert named(examine(down)) == {"acceleration_axes"}
 
 
+def test_without_a_position_thrust_along_the_body_is_not_taken_for_the_world_frame():
+    table = FLIGHTS["quadrotor"].table.drop(columns=[*P, *V])
+    assert named(examine(Flight(table))) == set()
+    in_g = Flight(table.assign(**{n: table[n] / 9.81 for n in A}))
+    assert "acceleration_unit" in named(examine(in_g))
+
+
 def test_derived_channels_are_no_evidence():
     spoiled = SPOILED["rates in the world frame"][0](FLIGHTS["omav"])
     assert "rate_frame" in named(examine(spoiled))

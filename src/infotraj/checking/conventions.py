@@ -130,7 +130,7 @@ def _all(tables: Sequence[Table], declared: Joint, other: Joint) -> Evidence:
 
 
 def _rejected(tables: Sequence[Table], declared: Joint, other: Joint) -> bool:
-    still = any(_in(t, other)[0].pose.unit == NOISE for t in tables)
+    still = any(_in(t, other)[0].pose.unit == NOISE or not t.sizes.moves for t in tables)
     if still and _changes(other) == ["force.turn"]:
         # without the motion only gravity is left, and the thrust of fixed rotors looks like gravity in the world frame
         return False

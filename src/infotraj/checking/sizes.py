@@ -30,6 +30,11 @@ class Sizes:
     rate: float
     force: float
 
+    @property
+    def moves(self) -> bool:
+        """Whether a position or a velocity tells how the vehicle moved."""
+        return bool(np.isfinite(self.path_speed) or np.isfinite(self.speed))
+
     def possible(self, position: float, velocity: float, rate: float, force: float) -> bool:
         """Whether a vehicle can move so, given how many times too large each channel is."""
         return all(
