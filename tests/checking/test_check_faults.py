@@ -1,15 +1,21 @@
 """Faults of recording: each is found where it is, and costs no more of the log than it must."""
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
 from check_flights import A, P, Q, V, W, _with, simulated
 
-from infotraj.checking import check, examine
+from infotraj.checking import check, check_logs, examine
 from infotraj.checking.airborne import airborne_rows
+from infotraj.checking.codes import known
+from infotraj.errors import UsageError
 from infotraj.flight import Flight
-from infotraj.vehicle import parse_vehicle
+from infotraj.vehicle import load_vehicle, parse_vehicle
 
+VEHICLES = Path(__file__).parents[2] / "config" / "vehicles"
+QUADROTOR = load_vehicle(VEHICLES / "quadrotor.yaml")
 FLIGHT = simulated(7, duration=20.0)
 T = FLIGHT.t
 
@@ -146,6 +152,44 @@ def test_what_cannot_be_answered_is_said():
     assert any("px..pz" in m for m in missing["rollouts (open-loop prediction from a recorded state)"])
     nothing = Flight(FLIGHT.table[["t", "cmd_rotor_0"]])
     assert found(nothing, "nothing_measured").severity == "reject"
+
+
+@pytest.mark.parametrize(
+    ("lost", "says"),
+    [
+        ("qw", "attitude incomplete: qx, qy, qz hold numbers, qw not"),
+        ("pz", "position incomplete: px, py hold numbers, pz not"),
+        ("wx", "angular velocity incomplete: wy, wz hold numbers, wx not"),
+        (
+            "cmd_rotor_1",
+            "rotor commands incomplete: cmd_rotor_0, cmd_rotor_2, cmd_rotor_3 hold numbers, cmd_rotor_1 not",
+        ),
+    ],
+)
+def test_half_a_channel_is_a_warning_in_a_table_and_in_its_file(tmp_path, lost, says):
+    FLIGHT.write(tmp_path / "whole.csv")
+    half = Flight(FLIGHT.table.drop(columns=[lost]))
+    half.write(tmp_path / "half.csv")
+    empty = Flight(FLIGHT.table.assign(**{lost: np.nan}))
+    results = [examine(half), examine(empty), *check_logs([tmp_path / "half.csv", tmp_path / "whole.csv"])]
+    said = [[f.what for f in r.findings if f.code == "incomplete"] for r in results]
+    assert said == [[says], [says], [says], []]
+    assert found(half, "incomplete").severity == "warning"
+
+
+def test_a_flight_with_fewer_inputs_than_the_vehicle_is_most_likely_of_another_one():
+    omav = load_vehicle(VEHICLES / "omav.yaml")
+    four = {f.code: f for f in examine(FLIGHT, omav).findings}["missing_columns"]
+    assert four.severity == "reject"
+    assert four.what == "omav has 12 rotors, the flight commands of 4: another vehicle's file?"
+    lost = Flight(FLIGHT.table.drop(columns=["cmd_rotor_1"]))
+    hole = {f.code: f for f in examine(lost, QUADROTOR).findings}["missing_columns"]
+    assert hole.what == "quadrotor has 4 rotors, the flight commands of 3, without cmd_rotor_1"
+    none = Flight(FLIGHT.table.drop(columns=[f"cmd_rotor_{k}" for k in range(4)]))
+    for flight, vehicle in ((FLIGHT, QUADROTOR), (none, QUADROTOR), (FLIGHT, None)):
+        assert "missing_columns" not in {f.code for f in examine(flight, vehicle).findings}
+    with pytest.raises(UsageError, match="missing_columns cannot be accepted; expected inputs of all rotors"):
+        known(["missing_columns"])
 
 
 def test_coverage_is_what_was_flown():

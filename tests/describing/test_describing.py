@@ -218,9 +218,18 @@ def test_the_doctor_has_a_line_a_flight_and_names_what_to_do(tmp_path):
     assert len(lines) == len(paths)
     assert "rate_unit: angular velocity is in deg/s" in lines[0]
     assert "--set rate.scale=0.0174533" in lines[0]
-    assert "cmd_rotor_3" in lines[1]
+    assert "missing_columns: quadrotor has 4 rotors, the flight commands of 3: another vehicle's file?" in lines[1]
+    assert "map cmd_rotor_3" in lines[1]
     assert "only 3.0 s in the air" in lines[2]
     assert "not judged: " in lines[3]
     assert "tx ty tz" in lines[3]
     assert "no file" in lines[4] or "no such file" in lines[4]
     assert all("Traceback" not in line for line in lines)
+
+
+def test_the_doctor_says_what_check_warns_of(tmp_path):
+    flight = read_flight(HEALTHY)
+    type(flight)(flight.table.drop(columns=["qw"])).write(tmp_path / "half.csv")
+    done = doctor(QUAD / "vehicle.yaml", tmp_path / "half.csv")
+    assert done.exit_code == 0
+    assert "; warning incomplete: attitude incomplete: qx, qy, qz hold numbers, qw not" in done.stdout

@@ -14,7 +14,8 @@ CHECKED = (
     "velocity_unit", "velocity_frame", "velocity_axes", "velocity_sign",
     "position_unit", "position_frame", "world_z_down",
     "acceleration_unit", "acceleration_frame", "acceleration_axes", "acceleration_sign", "acceleration_without_gravity",
-    "time_unit", "rotor_unit", "command_unit", "surplus_columns", "unused_columns", "signed_speeds", "reversing_rotors",
+    "time_unit", "rotor_unit", "command_unit", "surplus_columns", "missing_columns", "unused_columns",
+    "signed_speeds", "reversing_rotors",
     "rate_impossible", "speed_impossible", "force_impossible", "attitude_norm",
     "imu_clock_offset", "imu_clock_varies", "imu_clock_drift",
     "velocity_clock_offset", "velocity_clock_varies", "velocity_clock_drift",
@@ -25,7 +26,7 @@ CHECKED = (
     "time_backwards", "duplicate_times", "time_not_finite", "gaps", "jitter", "spikes", "saturated",
     "impossible_command", "pose_jump", "no_flight", "airborne_flag", "low_flight",
     "reference_not_followed",
-    "clock_varies_between_logs", "copy", "unreadable", "cannot_answer", "nothing_measured", "not_excited",
+    "clock_varies_between_logs", "copy", "unreadable", "incomplete", "cannot_answer", "nothing_measured", "not_excited",
 )  # fmt: skip
 # Of `diagnose`: why it refuses axes, in the order of docs/diagnosis.md (response_before_command is check's too).
 REFUSED = (
@@ -33,8 +34,8 @@ REFUSED = (
     "axis_disagrees", "rotor_saturated",
 )  # fmt: skip
 CODES = CHECKED + REFUSED
-# Where nothing could be read there is nothing to go on with.
-NEVER = ("unreadable",)
+# Where nothing could be read, or nothing drives the vehicle, there is nothing to go on with: what is needed instead.
+NEVER = {"unreadable": "a log that can be read", "missing_columns": "inputs of all rotors and tilts"}
 
 
 def known(words: Iterable[str]) -> tuple[str, ...]:
@@ -43,7 +44,7 @@ def known(words: Iterable[str]) -> tuple[str, ...]:
     for word in words:
         for code in filter(None, (part.strip() for part in word.split(","))):
             if code in NEVER:
-                raise UsageError(problem(f"{code} cannot be accepted", "a log that can be read", "Leave it out."))
+                raise UsageError(problem(f"{code} cannot be accepted", NEVER[code], "Leave it out."))
             if code not in CODES:
                 near = get_close_matches(code, CODES, 4, 0.5) or [c for c in CODES if code in c][:4]
                 expected = f"a code such as {', '.join(near)}" if near else "a finding's code"

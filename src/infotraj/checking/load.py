@@ -10,6 +10,7 @@ import pandas as pd
 
 from infotraj.checking.beside import Beside
 from infotraj.checking.finding import Finding
+from infotraj.checking.questions import incomplete
 from infotraj.checking.timing import order
 from infotraj.errors import InputError
 from infotraj.flight import COMMANDED_WRENCH, Flight, read_flight
@@ -84,9 +85,12 @@ def _with_own_metadata(flight: Flight, path: Path) -> Flight:
         own = read_flight(path)
     except InputError:
         return flight
-    # An import takes a vector whole; of a commanded wrench a vehicle file may say that one component is all of it.
-    alone = [c for c in COMMANDED_WRENCH if own.has(c) and c not in flight.table]
-    table = flight.table.merge(own.table[["t", *alone]], on="t", how="left") if alone else flight.table
+    # An import takes a vector whole, and derives what it can in its place. A command takes the table as it is: of a
+    # commanded wrench one component may be all of it, and what is incomplete is to be said.
+    parts = [c for columns in incomplete(own).values() for c in columns]
+    table = flight.table.drop(columns=parts, errors="ignore")
+    alone = [c for c in (*COMMANDED_WRENCH, *parts) if own.has(c) and c not in table]
+    table = table.merge(own.table[["t", *alone]], on="t", how="left") if alone else table
     return Flight(table, {**flight.meta, **own.meta})
 
 

@@ -11,6 +11,7 @@ from infotraj.flight import (
     COMMANDED_WRENCH,
     POSITION,
     RATE,
+    REFERENCE_ATTITUDE,
     REFERENCE_POSITION,
     SPECIFIC_FORCE,
     VELOCITY,
@@ -19,6 +20,23 @@ from infotraj.flight import (
 from infotraj.vehicle import Vehicle
 
 Need = tuple[tuple[str, ...], ...]
+
+# What counts only whole. Of a commanded wrench a vehicle file may say that one component is all of it.
+_VECTORS = {
+    "position": POSITION,
+    "attitude": ATTITUDE,
+    "velocity": VELOCITY,
+    "angular velocity": RATE,
+    "specific force": SPECIFIC_FORCE,
+    "reference position": REFERENCE_POSITION,
+    "reference attitude": REFERENCE_ATTITUDE,
+}
+_NUMBERED = {
+    "rotor commands": "cmd_rotor_",
+    "tilt commands": "cmd_tilt_",
+    "measured rotors": "rotor_",
+    "measured tilts": "tilt_",
+}
 
 
 @dataclass(frozen=True)
@@ -86,6 +104,70 @@ def question_findings(flight: Flight, vehicle: Vehicle | None = None) -> list[Fi
             values={"missing": missing},
         )
     ]
+
+
+def incomplete(flight: Flight) -> dict[str, tuple[str, ...]]:
+    """Channels of which some columns hold numbers and others do not: all columns of each."""
+    whole = _VECTORS | {word: _up_to_last(flight, prefix) for word, prefix in _NUMBERED.items()}
+    return {w: columns for w, columns in whole.items() if any(map(flight.has, columns)) and not flight.has(*columns)}
+
+
+def incomplete_findings(flight: Flight) -> list[Finding]:
+    """A warning for each channel that is incomplete: it counts as not there."""
+    found = []
+    for word, columns in incomplete(flight).items():
+        there = ", ".join(c for c in columns if flight.has(c))
+        lacking = [c for c in columns if not flight.has(c)]
+        found.append(
+            Finding(
+                "incomplete",
+                "warning",
+                f"{word} incomplete: {there} hold numbers, {', '.join(lacking)} not",
+                "what is there of it is not used",
+                f"add {', '.join(lacking)}, or leave out {there}",
+                channels=tuple(columns),
+                values={"missing": lacking},
+            )
+        )
+    return found
+
+
+def missing_input_findings(flight: Flight, vehicle: Vehicle | None) -> list[Finding]:
+    """A rejection where the flight has inputs of fewer rotors or tilts than the vehicle: most likely of another one."""
+    if vehicle is None or vehicle.inputs == "wrench":
+        return []
+    found = []
+    for kind, parts in (("rotor", vehicle.rotors), ("tilt", vehicle.tilts)):
+        wanted = {p: tuple(f"{p}{k}" for k in range(len(parts))) for p in (f"cmd_{kind}_", f"{kind}_")}
+        there = {p: [c for c in columns if flight.has(c)] for p, columns in wanted.items()}
+        prefix = next((p for p, columns in there.items() if columns), None)
+        if prefix is None or any(flight.has(*columns) for columns in wanted.values()):
+            continue
+        lacking = [c for c in wanted[prefix] if c not in there[prefix]]
+        count = len(there[prefix])
+        what = "commands" if prefix.startswith("cmd_") else "measurements"
+        add = f"map {', '.join(lacking)}"
+        another = lacking == list(wanted[prefix][count:])
+        found.append(
+            Finding(
+                "missing_columns",
+                "reject",
+                f"{vehicle.name} has {len(parts)} {kind}s, the flight {what} of {count}"
+                + (": another vehicle's file?" if another else f", without {', '.join(lacking)}"),
+                "what drives the vehicle is not known",
+                f"give the flight's own vehicle file, or {add}" if another else add,
+                channels=tuple(lacking),
+                values={"flight": count, "vehicle": len(parts)},
+            )
+        )
+    return found
+
+
+def _up_to_last(flight: Flight, prefix: str) -> tuple[str, ...]:
+    """Numbered columns up to the last that holds a number: empty ones at the end are spare."""
+    numbers = [int(n) for c in flight.table if (n := str(c).removeprefix(prefix)) != c and n.isdecimal()]
+    used = [k for k in numbers if flight.has(f"{prefix}{k}")]
+    return tuple(f"{prefix}{k}" for k in range(max(used, default=-1) + 1))
 
 
 def _of_vehicle(need: Need, vehicle: Vehicle | None) -> list[Need]:

@@ -17,7 +17,12 @@ from infotraj.checking.divergence import reference_not_followed
 from infotraj.checking.finding import Finding, Outcome, Span, outcome, usable_spans
 from infotraj.checking.load import Loaded
 from infotraj.checking.motion import Judge, judge_motion
-from infotraj.checking.questions import question_findings, unanswerable
+from infotraj.checking.questions import (
+    incomplete_findings,
+    missing_input_findings,
+    question_findings,
+    unanswerable,
+)
 from infotraj.checking.samples import sampled
 from infotraj.checking.voids import Void
 from infotraj.errors import InputError, problem
@@ -83,6 +88,7 @@ def examine(
     samples = sampled(flight, vehicle)
     flight, air = samples.flight, samples.air
     findings += samples.findings
+    findings += incomplete_findings(flight) + missing_input_findings(flight, vehicle)
     findings += column_findings(flight, air.rows, vehicle) + carrying_findings(flight, air.rows, vehicle)
     gravity = vehicle.gravity if vehicle else GRAVITY
     moved = judge_motion(flight, air, gravity, others, judge)

@@ -62,6 +62,7 @@ def diagnosed(check: Check, model: Model, accept: frozenset[str] = frozenset()) 
     if isinstance(lost, str):
         return True, lost
     said = "nothing stands in the way"
+    said += "".join(f"; warning {f.code}: {f.what}" for f in check.findings if f.counts == "warning")
     if check.airborne_seconds < _SHORT:
         said += f"; only {check.airborne_seconds:.1f} s in the air: fly longer, or several times"
     if lost:
