@@ -1,6 +1,8 @@
 """Places: none where nothing is hidden, the right quantity where something is, sentences with numbers."""
 
 import json
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import fast_flyer
@@ -56,12 +58,32 @@ def test_a_sentence_says_where_how_much_and_against_which_floor():
     lateral = next(p for p in found.places if p.axis == "fx")
     assert lateral.quantity.name == "forward speed"
     sentence = place_sentence(lateral)
-    for part in ("fx error is", "times the rest (95 % interval", "m/s", "of the samples hold", "floor of", "follows"):
+    for part in ("fx error", "times the rest (95 % interval", "m/s", "of the samples hold", "floor of", "follows"):
         assert part in sentence
     slope = np.polyfit(*lateral.trend, 1)[0]
     assert slope == pytest.approx(-0.1, rel=0.1)
     assert lateral.region.low < lateral.region.ratio < lateral.region.high
     assert all(leaf.samples > 0 for tree in found.trees.values() for leaf in tree)
+
+
+def test_numbers_of_a_place_hold_the_mean_and_say_what_was_taken_out():
+    """Drag of 0.1 N s/m under a constant 0.5 N: at each end of the speed the error is 0.5 - 0.1 v."""
+    model, constant = load_model(QUADROTOR), 0.5
+    flight = flown(QUADROTOR, {"linear_drag": 0.1}, seed=1, seconds=10.0)
+    pushed = Flight(flight.table.assign(ax=flight.table["ax"] + constant / model.vehicle.mass))
+    found = locate(model, [pushed])
+    place = next(p for p in found.places if p.axis == "fx")
+    sentence = place_sentence(place)
+    said = re.search(r"beside its mean of (\S+) N,.* with the mean (\S+) at (\S+), (\S+) N at (\S+) m/s", sentence)
+    mean, first, slow, last, fast = map(float, said.groups())
+    assert mean == pytest.approx(place.mean, rel=0.01)
+    assert (first, last) == pytest.approx((constant - 0.1 * slow, constant - 0.1 * fast), abs=0.02)
+    assert "of this squared error" in sentence
+    assert "beside" not in place_sentence(replace(place, mean=0.1 * place.floor))
+    second = place_sentence(replace(place, taken=("height",)))
+    assert f"beside its mean of {mean:+.3g} N and what follows the height" in second
+    assert "with the mean" not in second
+    assert "of all its squared error" in summary.as_text(found)
 
 
 def test_the_same_seed_gives_the_same_answer():

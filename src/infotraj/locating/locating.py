@@ -14,7 +14,7 @@ from infotraj.comparing.statistics import Statistics, statistics
 from infotraj.dynamics.inputs import for_vehicle
 from infotraj.flight import Flight
 from infotraj.locating.lags import Lags, lags
-from infotraj.locating.places import LEAST_EXCESS, Found, Place, find_places
+from infotraj.locating.places import LEAST_EXCESS, Found, Place, find_places, matters
 from infotraj.locating.quantities import cannot_name
 from infotraj.locating.samples import samples
 from infotraj.locating.tree import Leaf, leaves
@@ -51,7 +51,7 @@ class Located:
         return [
             (axis, float(s.bias[k]), float(share[k]))
             for k, axis in enumerate(AXES)
-            if s.rows[k] and s.floor[k] > 0 and s.bias[k] ** 2 > LEAST_EXCESS * s.floor[k] ** 2
+            if s.rows[k] and s.floor[k] > 0 and matters(s.bias[k], s.floor[k])
         ]
 
 

@@ -3,7 +3,7 @@ search."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +34,8 @@ class Place:
     quantity, other: what names the place, `other` for a pair; group: the quantity's word; p: chance that the search
     finds anything as good where there is nothing; explained: share of the squared error that follows the quantity;
     excess: squared error that goes with it, a row, over the floor's square; region: where the error sits; trend:
-    (quantity, mean residual) at the knots; alike: quantities that do almost as well here.
+    (quantity, mean residual) at the knots; alike: quantities that do almost as well here. All of it is of the residual
+    beside its mean (`mean`) and beside what follows the quantities that were found before it on this axis (`taken`).
     """
 
     axis: str
@@ -51,6 +52,8 @@ class Place:
     alike: tuple[str, ...] = ()
     everywhere: float = 0.0
     cell: tuple[tuple[float, float], tuple[float, float]] | None = None
+    mean: float = 0.0
+    taken: tuple[str, ...] = ()
 
     @property
     def group(self) -> str:
@@ -79,6 +82,11 @@ class Found:
     search: Search
     memory: float
     pairs: list[Place] = field(default_factory=list)
+
+
+def matters(bias: float, floor: float) -> bool:
+    """Whether an error that is the same everywhere is one that anybody would look for, by the measure of a place."""
+    return bias**2 > LEAST_EXCESS * floor**2
 
 
 def find_places(
@@ -110,6 +118,8 @@ def find_places(
             if place is None:
                 open_axes.discard(a)
                 continue
+            before = tuple(p.quantity.name for p in places if p.axis == samples.axes[a])
+            place = replace(place, mean=float(samples.residual[:, a].mean()), taken=before)
             places.append(place)
             ranges = next(r for q, r in cut if q.name == place.quantity.name)
             left[:, a] -= ranges.mean(place.trend[1])
@@ -220,6 +230,7 @@ def _pairs(
                 float(1.0 - at.outside**2 / max(at.inside, 1e-300) ** 2),
                 float(at.samples * (at.inside**2 - at.outside**2) / floor**2), float(floor), at,
                 (np.zeros(0), np.zeros(0)), (), float(np.sqrt(np.mean(residual[:, a] ** 2))), spans,
+                float(samples.residual[:, a].mean()),
             )
         )  # fmt: skip
     return found

@@ -6,7 +6,7 @@ import numpy as np
 
 from infotraj.locating.healthy import Usual
 from infotraj.locating.lags import Lags
-from infotraj.locating.places import Place
+from infotraj.locating.places import Place, matters
 from infotraj.locating.quantities import Quantity
 from infotraj.locating.regions import Region
 from infotraj.locating.tree import Leaf
@@ -19,28 +19,41 @@ _FOLLOWS = 0.1  # share of the squared error that must follow a quantity for the
 def place_sentence(place: Place) -> str:
     """One place: where, how much worse than the rest, how much of the error, the interval, the floor, the trend."""
     parts = []
-    at = place.region
+    at, taken_out = place.region, _taken_out(place)
+    error = f"{place.axis} error{f', beside {taken_out},' if taken_out else ''}"
+    of = f"{'this' if taken_out else 'the'} squared error"
     if at is not None and at.low > 1.0:
         parts.append(
-            f"{place.axis} error is {times(at.ratio)} times the rest (95 % interval {times(at.low)} to "
-            f"{times(at.high)}) when {where(place)}: {at.samples:.0%} of the samples hold {at.squares:.0%} of the "
-            "squared error, "
+            f"{error} is {times(at.ratio)} times the rest (95 % interval {times(at.low)} to "
+            f"{times(at.high)}) when {where(place)}: {at.samples:.0%} of the samples hold {at.squares:.0%} of {of}, "
             f"RMS {at.inside:.3g} {place.unit} against a floor of {place.floor:.2g}"
         )
     if place.other is None and place.explained > _FOLLOWS:
         low, high = place.trend[0][0], place.trend[0][-1]
         first, last = place.trend[1][0], place.trend[1][-1]
-        start = "it" if parts else f"{place.axis} error"
+        start = "it" if parts else error
+        whole = ""
+        if not place.taken:
+            first, last = first + place.mean, last + place.mean
+            whole = "with the mean " if taken_out else ""
         parts.append(
-            f"{start} follows the {place.quantity.name} ({place.explained:.0%} of the squared error): "
-            f"{signed(first)} at {low:.3g}, {signed(last)} {place.unit} at {high:.3g} {place.quantity.unit}"
+            f"{start} follows the {place.quantity.name} ({place.explained:.0%} of {of}): "
+            f"{whole}{signed(first)} at {low:.3g}, {signed(last)} {place.unit} at {high:.3g} {place.quantity.unit}"
             + ("" if parts else f"; floor {place.floor:.2g} {place.unit}")
         )
     if not parts:
-        parts.append(f"{place.axis} error changes its spread with the {place.quantity.name}; floor {place.floor:.2g}")
+        parts.append(f"{error} changes its spread with the {place.quantity.name}; floor {place.floor:.2g}")
     if place.alike:
         parts.append(f"these flights hardly tell it from: {', '.join(place.alike)}")
     return "; ".join(parts)
+
+
+def _taken_out(place: Place) -> str:
+    """What the numbers of a place are beside: a mean that matters, and what was found on the axis before it."""
+    parts = [f"its mean of {signed(place.mean)} {place.unit}"] if matters(place.mean, place.floor) else []
+    if place.taken:
+        parts.append(f"what follows the {' and the '.join(place.taken)}")
+    return " and ".join(parts)
 
 
 def healthy_sentence(place: Place, usual: Usual) -> str:
@@ -48,7 +61,7 @@ def healthy_sentence(place: Place, usual: Usual) -> str:
     rms, trend = (x[np.isfinite(x)] for x in (usual.rms, usual.trend))
     parts = []
     if len(rms):
-        parts.append(f"RMS {_span(rms, place.unit)} there, now {usual.now:.3g}")
+        parts.append(f"RMS with the mean {_span(rms, place.unit)} there, now {usual.now:.3g}")
     if len(trend) and place.explained > _FOLLOWS:
         parts.append(f"{_span(np.round(100 * trend) + 0.0, '% of this trend', '.0f')}")
     said = "; ".join(parts) or "they were not there"

@@ -105,21 +105,21 @@ def as_text(located: Located, *, verbose: bool = False, healthy: Beside | None =
             of = unit["force" if axis.startswith("f") else "torque"]
             of_healthy = "" if healthy is None else f"; {sentences.healthy_bias(healthy.bias(axis), of)}"
             lines.append(
-                f"  {axis} is off by {bias:+.3g} {of} on average ({share:.0%} of the squared error){of_healthy}"
+                f"  {axis} is off by {bias:+.3g} {of} on average ({share:.0%} of all its squared error){of_healthy}"
             )
     if located.windows:
-        lines.append("in time:")
+        lines.append("in time, beside each flight's own mean:")
         shown = located.windows if verbose else located.windows[:3]
         lines += [f"  {sentences.window_sentence(w, Path(located.paths[w.flight]).name)}" for w in shown]
     # A place that says more of an axis than a shift in time would is not a delay.
     said = {axis: max((p.explained for p in located.places if p.axis == axis), default=0.0) for axis in AXES}
     late = [k for k in located.lags if k.late and k.share > said[k.axis]]
     if late:
-        lines.append("in step with the commands:")
+        lines.append("in step with the commands, beside each flight's own mean:")
         lines += [f"  {sentences.lag_sentence(k)}" for k in late]
     for axis, tree in located.trees.items():
         if verbose or axis == located.places[0].axis:
-            lines.append(f"a tree over all quantities, {axis}:")
+            lines.append(f"a tree over all quantities, {axis} beside its mean:")
             lines += [f"  {sentences.leaf_sentence(axis, leaf)}" for leaf in tree]
     lines.append("RMSE over the floor" + " " * 21 + "".join(f"{axis:>8}" for axis in AXES))
     rows = [("all flights", located.overall)]

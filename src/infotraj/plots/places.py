@@ -121,7 +121,9 @@ def _headline(n: int, place: Place) -> str:
     if at is not None and at.low > 1.0:
         where = sentences.condition(place.quantity, at).replace(place.quantity.name, _short(place.quantity.name))
         return text + f"{at.ratio:.1f} times the rest when {where} ({at.samples:.0%} hold {at.squares:.0%})"
-    return text + f"follows the {_short(place.quantity.name)} ({place.explained:.0%} of the squared error)"
+    return (
+        text + f"follows the {_short(place.quantity.name)} ({place.explained:.0%} of the squared error beside the mean)"
+    )
 
 
 def _excess(found: Found, a: int, k: int) -> float:
