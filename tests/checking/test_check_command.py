@@ -1,13 +1,16 @@
 """`infotraj check` at the command line: outcomes, exit status, JSON, copies, raw logs."""
 
 import json
+import re
 
 import pytest
-from check_flights import SPOILED, simulated
+from check_flights import SPOILED, V, simulated
 from click.testing import CliRunner
 
 from infotraj.checking.command import check_command
 from infotraj.datasets.location import find_dataset
+from infotraj.flight import read_flight
+from infotraj.importing.command import import_command
 
 FLIGHT = simulated(8, duration=12.0)
 NANOBENCH, CRAZYFLIE = find_dataset("nanobench"), find_dataset("arpl_crazyflie")
@@ -60,6 +63,27 @@ def test_a_csv_whose_time_runs_back_is_reported_not_refused(tmp_path):
     result = run(tmp_path / "back.csv")
     assert result.exit_code == 3
     assert "time_backwards" in result.stdout
+
+
+@pytest.mark.parametrize(("unit", "times"), [("ms", 1e3), ("us", 1e6)])
+def test_another_unit_of_time_comes_with_the_command_that_mends_it(tmp_path, unit, times):
+    log, new = tmp_path / "log.csv", tmp_path / "NEW.parquet"
+    table = FLIGHT.table.drop(columns=V)
+    table.assign(t=table["t"] * times).to_csv(log, index=False)
+    result = run(log)
+    assert result.exit_code == 3
+    said = re.search(r"infotraj import (\S+ --set \S+ -o) NEW.parquet", result.stdout)
+    assert "not_excited" not in result.stdout  # speeds that were derived by the wrong time are no slow flight
+    done = CliRunner().invoke(import_command, [*said[1].split(), str(new)])
+    assert done.exit_code == 0, done.output
+    assert run(new).exit_code == 0
+    assert read_flight(new).t == pytest.approx(FLIGHT.t)
+
+
+def test_the_unit_of_time_is_said_in_terms_of_the_mapping(tmp_path):
+    FLIGHT.table.assign(t=1e6 * FLIGHT.t).to_csv(tmp_path / "log.csv", index=False)
+    result = run(tmp_path / "log.csv", "--set", "time.unit=ms")
+    assert "--set time.unit=us -o" in result.stdout
 
 
 @pytest.mark.parametrize("content", ["", "hello\n", "t,px\n1,2\n", "t,px\n0,0\n1,x\n"])

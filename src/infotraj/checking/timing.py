@@ -6,10 +6,11 @@ import numpy as np
 import pandas as pd
 
 from infotraj.checking.finding import Finding, Span, spans_text
-from infotraj.flight import Flight
+from infotraj.checking.settings import command
+from infotraj.flight import RATE, VELOCITY, Flight
 from infotraj.rotations import Array
 
-TIME_UNITS = {1e-3: "milliseconds", 1e-6: "microseconds", 1e-9: "nanoseconds"}
+TIME_UNITS = {1e-3: ("milliseconds", "ms"), 1e-6: ("microseconds", "us"), 1e-9: ("nanoseconds", "ns")}
 # No multirotor is logged slower than 2 Hz or faster than 20 kHz: outside, the unit is not seconds.
 SLOWEST_STEP = 0.5
 FASTEST_STEP = 5e-5
@@ -104,9 +105,11 @@ def time_unit(flight: Flight) -> tuple[Flight, list[Finding]]:
     if FASTEST_STEP <= step <= SLOWEST_STEP:
         return flight, []
     fitting = [u for u in TIME_UNITS if 1e-4 <= step * u <= 0.2]
+    settings: tuple[str, ...] = ()
     if step > SLOWEST_STEP and fitting:
-        unit = fitting[0]
-        name, factor = TIME_UNITS[unit], unit
+        factor = fitting[0]
+        name, unit = TIME_UNITS[factor]
+        settings = (f"time.unit={unit}",)
     elif step < FASTEST_STEP and any(1e-4 <= step / u <= 0.2 for u in TIME_UNITS):
         factor = 1 / next(u for u in TIME_UNITS if 1e-4 <= step / u <= 0.2)
         name = f"units of {factor:g} s"
@@ -117,14 +120,20 @@ def time_unit(flight: Flight) -> tuple[Flight, list[Finding]]:
         "reject",
         f"rows are {step:.4g} apart: t is in {name}, not in seconds",
         "every derivative and every delay would be wrong",
-        "declare the unit of the time column" + (f" (factor {factor:g})" if factor != 1.0 else ""),
+        command(settings)
+        if settings
+        else "declare the unit of the time column" + (f" (factor {factor:g})" if factor != 1.0 else ""),
         sure=0.999,
         channels=("t",),
         values={"median_step": step, "factor": factor},
+        settings=settings,
     )
     if factor == 1.0:
         return flight, [finding]
-    return Flight(flight.table.assign(t=flight.t * factor), dict(flight.meta)), [finding]
+    # What was derived by this time is too slow or too fast by the same factor.
+    rates = [c for c in (*VELOCITY, *RATE) if c in (flight.meta.get("derived") or ()) and c in flight.table]
+    again = flight.table[rates] / factor
+    return Flight(flight.table.assign(t=flight.t * factor, **again), dict(flight.meta)), [finding]
 
 
 def _left_out(code: str, count: int, total: int, what: str, spans: tuple[Span, ...]) -> Finding:

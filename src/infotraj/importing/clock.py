@@ -9,6 +9,7 @@ runs at another speed, as in simulation). Times are kept as logged while the log
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -137,10 +138,11 @@ def tidy(t: Array, label: str, path: Path, may_reorder: bool, notes: list[str]) 
 
     InputError where a time is no number, goes back, or jumps by more than an hour.
     """
+    log = str(path) if label == path.name else f"{path}: {label}"
     bad = np.flatnonzero(~np.isfinite(t))
     if bad.size:
         raise InputError(
-            problem(f"{path}: {label}: time is not a number in sample {bad[0]}", "a finite time in all", "Remove it.")
+            problem(f"{log}: time is not a number in sample {bad[0]}", "a finite time in all", "Remove it.")
         )
     order = np.arange(t.size)
     step = np.diff(t)
@@ -150,7 +152,7 @@ def tidy(t: Array, label: str, path: Path, may_reorder: bool, notes: list[str]) 
         if not may_reorder or lag[worst] > _REORDER_S:
             raise InputError(
                 problem(
-                    f"{path}: {label}: time goes back by {lag[worst]:.6g} s in sample {worst + 1}, t = {t[worst]:.6g}",
+                    f"{log}: time goes back by {lag[worst]:.6g} s in sample {worst + 1}, t = {t[worst]:.6g}",
                     "time that runs forward",
                     "Cut the log there with --from/--to.",
                 )
@@ -163,7 +165,7 @@ def tidy(t: Array, label: str, path: Path, may_reorder: bool, notes: list[str]) 
     if (~new).sum() > _REPEATED_SHARE * t.size:
         raise InputError(
             problem(
-                f"{path}: {label}: {int((~new).sum())} of {t.size} samples repeat the time of the one before",
+                f"{log}: {int((~new).sum())} of {t.size} samples repeat the time of the one before",
                 "time that advances",
                 "The clock was set back or is too coarse: name another time field in a mapping.",
             )
@@ -174,10 +176,15 @@ def tidy(t: Array, label: str, path: Path, may_reorder: bool, notes: list[str]) 
         ordered = ordered[new]
     jump = int(np.argmax(np.diff(ordered))) if ordered.size > 1 else 0
     width = float(ordered[jump + 1] - ordered[jump]) if ordered.size > 1 else 0.0
+    usual = float(np.median(np.diff(ordered))) if ordered.size > 1 else 0.0
+    unit = next((u for u in ("us", "ns") if usual * UNITS["time"][u][0] < 1.0), None)
+    if usual > _LONGEST_STEP_S and unit is not None:
+        remedy = f"infotraj import {shlex.quote(str(path))} --set time.unit={unit} -o NEW.parquet"
+        raise InputError(problem(f"{log}: rows are {usual:.4g} s apart", "a time in s", remedy))
     if width > _LONGEST_STEP_S:
         raise InputError(
             problem(
-                f"{path}: {label}: time jumps by {width:.6g} s after t = {ordered[jump]:.6g} s",
+                f"{log}: time jumps by {width:.6g} s after t = {ordered[jump]:.6g} s",
                 f"steps below {_LONGEST_STEP_S:.0f} s",
                 "Cut the log there with --from/--to.",
             )

@@ -19,6 +19,7 @@ from infotraj.importing.frames import BODY_FRAMES, WORLD_FRAMES, axes_matrix
 from infotraj.importing.mapping import Mapping, StreamMap
 from infotraj.importing.settings import Settings, parse_settings, settings_text
 from infotraj.importing.streams import Plan
+from infotraj.importing.units import UNITS
 from infotraj.rotations import Array
 
 # A log's w x y z that was read as x y z w stands in the table's w x y z as z w x y.
@@ -32,6 +33,8 @@ def on_top(found: Plan, texts: tuple[str, ...]) -> tuple[str, ...]:
     except UsageError:
         return texts
     out: Settings = {}
+    if "unit" in wanted.get("time", {}):
+        wanted["time"]["unit"] = _time_unit(wanted["time"]["unit"], found.mapping)
     for channel, keys in wanted.items():
         feed = found.feed_of(channel)
         for key, value in keys.items():
@@ -61,6 +64,13 @@ def _composed(key: str, value: Any, mapped: ChannelMap, stream: StreamMap, mappi
     except (TypeError, ValueError, KeyError):
         return value
     return value
+
+
+def _time_unit(said: str, mapping: Mapping) -> str:
+    """The unit of a log's time whose table, read as the mapping says, seemed to be in `said` instead of in s."""
+    declared = mapping.time or next((s.time for s in mapping.streams if s.time is not None), None)
+    size = UNITS["time"][said][0] * (UNITS["time"][declared.unit][0] if declared is not None else 1.0)
+    return next((unit for unit, (factor, _) in UNITS["time"].items() if np.isclose(factor, size)), said)
 
 
 def _frame(key: str, matrix: Array) -> Any:
