@@ -95,6 +95,23 @@ def test_what_is_no_log_is_rejected_in_one_line(tmp_path, content):
     assert "Traceback" not in result.output
 
 
+def test_a_cut_log_names_itself_once_and_what_to_do_works(tmp_path):
+    log, new = tmp_path / "log.csv", tmp_path / "NEW.parquet"
+    FLIGHT.table.to_csv(log, index=False)
+    log.write_text(log.read_text()[:-30])
+    result = run(log)
+    (finding,) = [line for line in result.stdout.splitlines() if "unreadable: " in line and "REJECT" in line]
+    assert re.search(r"unreadable: the last row has \d+ fields, expected \d+$", finding)
+    said = re.search(r"do: .*infotraj import (\S+ --allow-damaged -o) NEW.parquet$", result.stdout, re.M)
+    assert "--accept" not in result.output
+    assert "next:" not in result.stderr
+    done = CliRunner().invoke(import_command, [*said[1].split(), str(new)])
+    assert done.exit_code == 0, done.output
+    assert run(new).exit_code == 0
+    (tmp_path / "empty.csv").write_text("")
+    assert "REJECT  unreadable: 0 bytes, expected a bag" in run(tmp_path / "empty.csv").stdout
+
+
 def test_from_and_to(tmp_path):
     FLIGHT.write(tmp_path / "a.parquet")
     run(tmp_path / "a.parquet", "--from", "5", "--to", "11", "--json", tmp_path / "r.json")

@@ -73,20 +73,22 @@ def check_command(
     for line in unmet(accepted, [f.code for c in checks for f in c.findings] + [f.code for f in lags_across(checks)]):
         click.echo(line, err=True)
     if not quiet:
-        click.echo(_next(kept, mapping, changes), err=True)
+        for line in _next(kept, [c.source for c in rejected if c.findings[0].code != "unreadable"], mapping, changes):
+            click.echo(f"next: {line}", err=True)
     if rejected and not (skip_rejected and kept):
         sys.exit(InputError.exit_status)
 
 
-def _next(kept: list[str], mapping: str | None, changes: tuple[str, ...] = ()) -> str:
+def _next(kept: list[str], rejected: list[str], mapping: str | None, changes: tuple[str, ...] = ()) -> list[str]:
+    read = (f" --mapping {mapping}" if mapping else "") + "".join(f" --set {shlex.quote(c)}" for c in changes)
     if not kept:
-        return "next: infotraj import --explain LOG, to see what was taken for what"
+        explained = f"infotraj import {shlex.quote(rejected[0])}{read} --explain" if rejected else None
+        return [f"{explained}, to see what was taken for what"] if explained else []
     flights = [k for k in kept if k.endswith((".parquet", ".csv")) and mapping is None and not changes]
     shown = " ".join(kept[:3]) + (" ..." if len(kept) > 3 else "")
     if len(flights) == len(kept):
-        return f"next: infotraj compare MODEL {shown}"
-    read = (f" --mapping {mapping}" if mapping else "") + "".join(f" --set {shlex.quote(c)}" for c in changes)
-    return f"next: infotraj import {shown}{read} -o flights/"
+        return [f"infotraj compare MODEL {shown}"]
+    return [f"infotraj import {shown}{read} -o flights/"]
 
 
 def _write(path: Path, text: str) -> None:

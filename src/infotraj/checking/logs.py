@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Collection, Hashable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -88,10 +89,10 @@ def _refused(path: Path, finding: Finding) -> Check:
 
 
 def _unreadable(path: Path, error: InputError) -> Finding:
-    return Finding(
-        "unreadable",
-        "reject",
-        " ".join(str(error).split()),
-        "nothing can be said about it",
-        f"infotraj import {path} --explain",
-    )
+    # Of the one line that import says: what was found and expected, and what to do.
+    line = " ".join(str(error).split()).removeprefix(f"{path}: ")
+    found, _, rest = line.partition("; expected ")
+    expected, _, remedy = rest.partition(". ")
+    what = f"{found}, expected {expected}" if remedy else line
+    explain = f"infotraj import {shlex.quote(str(path))} --explain"
+    return Finding("unreadable", "reject", what, "nothing can be said about it", remedy.rstrip(".") or explain)

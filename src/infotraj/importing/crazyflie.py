@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from infotraj.errors import InputError, problem
-from infotraj.importing.log import Request, Samples, Topic, reading
+from infotraj.importing.log import Request, Samples, Topic, reading, what_is_left
 from infotraj.rotations import Array
 
 MAGIC = 0xBC
@@ -52,7 +52,7 @@ class CrazyflieLog:
                 problem(
                     f"{path}: {faults}",
                     "a complete log",
-                    "Copy it again, or take what is left: `infotraj import` with --allow-damaged.",
+                    what_is_left(path),
                 )
             )
         if faults:

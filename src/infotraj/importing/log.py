@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -63,6 +64,12 @@ class Log(Protocol):
     def close(self) -> None:
         """Releases the file."""
         ...
+
+
+def what_is_left(path: Path) -> str:
+    """What to do with a log that was cut or damaged, as a command that works."""
+    command = f"infotraj import {shlex.quote(str(path))} --allow-damaged -o NEW.parquet"
+    return f"Copy it again, or take what is left of it: {command}"
 
 
 @contextmanager

@@ -10,7 +10,7 @@ import pandas as pd
 import pyarrow.parquet as pq
 
 from infotraj.errors import InputError, problem
-from infotraj.importing.log import Request, Samples, Topic, reading
+from infotraj.importing.log import Request, Samples, Topic, reading, what_is_left
 from infotraj.importing.table_cells import list_length, list_numbers, numbers_of
 from infotraj.importing.table_format import SPACE, TableFormat, TextLines
 from infotraj.importing.table_lines import header, is_spaced, laid_out_header, row_delimiters, uneven_row
@@ -67,12 +67,11 @@ class TableFile:
             uneven = self._uneven_line()
         self._cut = uneven is not None and uneven[2]
         if uneven is not None and not (allow_damaged and self._cut):
-            remedy = "leave that row out (`infotraj import` with --allow-damaged)" if self._cut else "correct the row"
             raise InputError(
                 problem(
                     f"{self.path}: {'the last row' if self._cut else f'row {uneven[0]}'} has {uneven[1]} fields",
                     f"{self._per_row + 1}",
-                    f"It may be truncated: copy it again, or {remedy}.",
+                    what_is_left(self.path) if self._cut else "It may be truncated: copy it again, or correct the row.",
                 )
             )
         if self._cut:

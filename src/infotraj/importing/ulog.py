@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from infotraj.errors import InputError, problem
-from infotraj.importing.log import Request, Samples, Topic, reading
+from infotraj.importing.log import Request, Samples, Topic, reading, what_is_left
 from infotraj.rotations import Array
 
 _EXPECTED = "a ULog file"
@@ -51,7 +51,7 @@ class ULogFile:
                     problem(
                         f"{path}: {what}",
                         "a complete ULog file",
-                        "Copy it again, or take what is left: `infotraj import` with --allow-damaged.",
+                        what_is_left(path),
                     )
                 )
             self.notes.append(f"the file {what}; what is left was imported")
