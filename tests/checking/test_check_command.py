@@ -2,7 +2,9 @@
 
 import json
 import re
+from pathlib import Path
 
+import numpy as np
 import pytest
 from check_flights import SPOILED, V, simulated
 from click.testing import CliRunner
@@ -13,6 +15,7 @@ from infotraj.flight import read_flight
 from infotraj.importing.command import import_command
 
 FLIGHT = simulated(8, duration=12.0)
+QUAD = Path(__file__).parents[2] / "examples" / "quad"
 NANOBENCH, CRAZYFLIE = find_dataset("nanobench"), find_dataset("arpl_crazyflie")
 with_nanobench = pytest.mark.skipif(NANOBENCH is None, reason="INFOTRAJ_DATA names no folder with nanobench")
 
@@ -30,7 +33,9 @@ def test_a_good_and_a_bad_flight(tmp_path):
     assert result.exit_code == 3
     assert "good.parquet: passed" in result.stdout
     assert "rate_unit" in result.stdout
-    assert f"rejected: {tmp_path / 'bad.csv'}" in result.stderr
+    assert f"rejected: {tmp_path / 'bad.csv'} (rate_unit)\n" in result.stderr
+    assert result.output.count("--set rate.scale") == 1
+    assert f"next: infotraj import {tmp_path / 'bad.csv'} --fix -o NEW.parquet\n" in run(tmp_path / "bad.csv").stderr
     assert "next: infotraj compare MODEL" in result.stderr
     report = json.loads((tmp_path / "r.json").read_text())
     assert report["rejected"] == [str(tmp_path / "bad.csv")]
@@ -72,9 +77,11 @@ def test_another_unit_of_time_comes_with_the_command_that_mends_it(tmp_path, uni
     table.assign(t=table["t"] * times).to_csv(log, index=False)
     result = run(log)
     assert result.exit_code == 3
-    said = re.search(r"infotraj import (\S+ --set \S+ -o) NEW.parquet", result.stdout)
+    said = re.search(rf"infotraj import (\S+) --fix -o NEW.parquet \(or (--set time.unit={unit})\)", result.stdout)
+    if unit == "us":
+        said = re.search(r"infotraj import (\S+) (--set time.unit=us) -o NEW.parquet", result.stdout)
     assert "not_excited" not in result.stdout  # speeds that were derived by the wrong time are no slow flight
-    done = CliRunner().invoke(import_command, [*said[1].split(), str(new)])
+    done = CliRunner().invoke(import_command, [said[1], *said[2].split(), "-o", str(new)])
     assert done.exit_code == 0, done.output
     assert run(new).exit_code == 0
     assert read_flight(new).t == pytest.approx(FLIGHT.t)
@@ -83,7 +90,7 @@ def test_another_unit_of_time_comes_with_the_command_that_mends_it(tmp_path, uni
 def test_the_unit_of_time_is_said_in_terms_of_the_mapping(tmp_path):
     FLIGHT.table.assign(t=1e6 * FLIGHT.t).to_csv(tmp_path / "log.csv", index=False)
     result = run(tmp_path / "log.csv", "--set", "time.unit=ms")
-    assert "--set time.unit=us -o" in result.stdout
+    assert "(or --set time.unit=us)" in result.stdout
 
 
 @pytest.mark.parametrize("content", ["", "hello\n", "t,px\n1,2\n", "t,px\n0,0\n1,x\n"])
@@ -93,6 +100,19 @@ def test_what_is_no_log_is_rejected_in_one_line(tmp_path, content):
     assert result.exit_code == 3
     assert "unreadable" in result.stdout
     assert "Traceback" not in result.output
+
+
+def test_what_only_a_vehicle_shows_is_not_left_to_fix(tmp_path):
+    rotors = [f"cmd_rotor_{k}" for k in range(4)]
+    log, new = tmp_path / "rpm.csv", tmp_path / "NEW.parquet"
+    table = read_flight(QUAD / "flight_0.parquet").table
+    table.assign(**table[rotors] * 30 / np.pi).to_csv(log, index=False)
+    result = run(log, "--vehicle", QUAD / "vehicle.yaml")
+    assert "--fix" not in result.output
+    said = re.search(r"do: infotraj import (\S+ --set \S+ -o) NEW.parquet; or correct mass", result.stdout)
+    done = CliRunner().invoke(import_command, [*said[1].split(), str(new)])
+    assert done.exit_code == 0, done.output
+    assert run(new, "--vehicle", QUAD / "vehicle.yaml").exit_code == 0
 
 
 def test_a_cut_log_names_itself_once_and_what_to_do_works(tmp_path):

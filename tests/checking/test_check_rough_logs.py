@@ -128,10 +128,11 @@ def test_a_remedy_is_a_command_that_can_be_given_as_it_stands(tmp_path):
     flight = INJECTED["rates in FRD"].spoil(simulated(5, "quadrotor", duration=15.0), VEHICLE, np.random.default_rng(0))
     Flight(flight.table, {}).write(log)
     said = CliRunner().invoke(check_command, [str(log)]).stdout
-    (line,) = [x for x in said.splitlines() if "in the way of an answer" in x]
-    words = shlex.split(line.partition("do: ")[2].partition(", or --accept")[0])
-    assert words[:3] == ["infotraj", "import", str(log)]
-    assert "rate.axes=[x,-y,-z]" in words
+    (line,) = [x for x in said.splitlines() if " do: " in x]
+    fix, _, setting = line.partition("do: ")[2].partition(", or --accept")[0].partition(" (or ")
+    words = shlex.split(fix)
+    assert words == ["infotraj", "import", str(log), "--fix", "-o", "NEW.parquet"]
+    assert shlex.split(setting.rstrip(")")) == ["--set", "rate.axes=[x,-y,-z]"]
     done = CliRunner().invoke(import_command, [str(new) if w == "NEW.parquet" else w for w in words[2:]])
     assert done.exit_code == 0, done.output
     assert check_logs([new])[0].outcome == "passed"

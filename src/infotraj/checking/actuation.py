@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from infotraj.checking.finding import Finding
+from infotraj.checking.settings import command
 from infotraj.dynamics.actuators import body_wrench
 from infotraj.dynamics.inputs import SURPLUS, for_vehicle, speed_columns, surplus
 from infotraj.errors import InputError
@@ -173,7 +174,7 @@ def _judged(ratio: float, code: str, what: str, columns: str, units: tuple[Unit,
     guess = f": they are in {fitting[0][0]}" if fitting else ""
     remedy = f"check the unit of {columns}, and mass and thrust coefficients in the vehicle file"
     if fitting:
-        remedy = f"infotraj import LOG --set {fitting[0][1]}; or correct mass and thrust in the vehicle file"
+        remedy = f"{command((fitting[0][1],))}; or correct mass and thrust in the vehicle file"
     return [
         Finding(
             code,

@@ -16,7 +16,7 @@ from infotraj.checking.finding import Finding, usable_spans
 from infotraj.checking.identical import content_hash, copy_finding
 from infotraj.checking.pooled import agreed, mapping_key
 from infotraj.checking.remembered import remembered
-from infotraj.checking.settings import of_log
+from infotraj.checking.settings import of_log, remedy_of
 from infotraj.checking.whole import Check, examine
 from infotraj.errors import InputError, problem
 from infotraj.flight import Flight
@@ -94,7 +94,7 @@ def admitted(flight: Flight, check: Check) -> Flight:
 
 def rejection(source: str, finding: Finding) -> str:
     """The one line that every command says of a flight that is rejected: what was found, and what to do."""
-    remedy = of_log(finding.remedy.rstrip("."), source)
+    remedy = of_log(remedy_of(finding), source)
     remedy = remedy if remedy.startswith("infotraj ") else remedy[0].upper() + remedy[1:]
     return problem(
         f"{source}: {finding.what} ({finding.code})",

@@ -7,11 +7,15 @@ import os
 import shlex
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from infotraj.errors import InfotrajError, InputError, UsageError, problem
 from infotraj.options import accept_option
+
+if TYPE_CHECKING:
+    from infotraj.checking.whole import Check
 
 
 @click.command("check")
@@ -48,7 +52,6 @@ def check_command(
     if start is not None and stop is not None and stop <= start:
         raise UsageError(problem(f"--to {stop:g} is not after --from {start:g}", "--from below --to", "Swap them."))
     from infotraj.checking.across import lags_across
-    from infotraj.checking.admission import rejection
     from infotraj.checking.codes import known, unmet
     from infotraj.checking.logs import check_logs
     from infotraj.checking.report import across_text, as_json, as_text
@@ -69,21 +72,28 @@ def check_command(
     rejected = [c for c in checks if c.outcome == "rejected"]
     kept = [c.source for c in checks if c.outcome != "rejected"]
     for c in rejected:
-        click.echo(f"rejected: {rejection(c.source, c.findings[0])}", err=True)
+        click.echo(f"rejected: {c.source} ({c.findings[0].code})", err=True)
     for line in unmet(accepted, [f.code for c in checks for f in c.findings] + [f.code for f in lags_across(checks)]):
         click.echo(line, err=True)
     if not quiet:
-        for line in _next(kept, [c.source for c in rejected if c.findings[0].code != "unreadable"], mapping, changes):
+        for line in _next(kept, rejected, mapping, changes):
             click.echo(f"next: {line}", err=True)
     if rejected and not (skip_rejected and kept):
         sys.exit(InputError.exit_status)
 
 
-def _next(kept: list[str], rejected: list[str], mapping: str | None, changes: tuple[str, ...] = ()) -> list[str]:
+def _next(kept: list[str], rejected: list[Check], mapping: str | None, changes: tuple[str, ...] = ()) -> list[str]:
+    from infotraj.checking.settings import mended_by_fix
+
     read = (f" --mapping {mapping}" if mapping else "") + "".join(f" --set {shlex.quote(c)}" for c in changes)
     if not kept:
-        explained = f"infotraj import {shlex.quote(rejected[0])}{read} --explain" if rejected else None
-        return [f"{explained}, to see what was taken for what"] if explained else []
+        first = next((c for c in rejected if c.findings[0].code != "unreadable"), None)
+        if first is None:
+            return []
+        again = f"infotraj import {shlex.quote(first.source)}{read}"
+        if mended_by_fix(first.findings[0]):
+            return [f"{again} --fix -o NEW.parquet"]
+        return [f"{again} --explain, to see what was taken for what"]
     flights = [k for k in kept if k.endswith((".parquet", ".csv")) and mapping is None and not changes]
     shown = " ".join(kept[:3]) + (" ..." if len(kept) > 3 else "")
     if len(flights) == len(kept):

@@ -264,7 +264,7 @@ def _finding(weighed: Evidence, found: Joint, factor: str, severity: Severity) -
     rests = {n: r for n, r in weighed.rests.items() if factor.startswith(("pose", n))}
     numbers = "; ".join(
         f"{WORDS[n]}: as declared it differs from what the other channels say by {r.rms(r.declared):.2g} {UNITS[n]}, "
-        f"so by {r.rms(r.other) / r.unit:.2g}"
+        f"as corrected by {r.rms(r.other) / r.unit:.2g}"
         for n, r in rests.items()
         if r.gain() > 0.1
     )

@@ -10,7 +10,7 @@ from infotraj.checking.acceptance import marked
 from infotraj.checking.across import lags_across
 from infotraj.checking.codes import NEVER
 from infotraj.checking.finding import Finding, plain, spans_text
-from infotraj.checking.settings import of_log
+from infotraj.checking.settings import mended_by_fix, of_log, remedy_of
 from infotraj.checking.whole import Check
 
 FIX = "infotraj import LOG --fix -o NEW.parquet"  # where one setting would not do
@@ -64,7 +64,9 @@ def as_text(check: Check, notes: bool = True, details: bool = False) -> str:
             continue
         lines += _lines(finding, details or finding.counts != "note", check.source)
     code, what = in_the_way(check)
-    return "\n".join([*lines, f"  in the way of an answer: {what if code is None else f'{code}; do: {what}'}"])
+    said = any(f.code == code and f.counts != "note" for f in check.findings)
+    stands = what if code is None else code if said else f"{code}; do: {what}"
+    return "\n".join([*lines, f"  in the way of an answer: {stands}"])
 
 
 def in_the_way(check: Check) -> tuple[str | None, str]:
@@ -82,8 +84,8 @@ def in_the_way(check: Check) -> tuple[str | None, str]:
 
 
 def _remedy(check: Check, finding: Finding) -> str:
-    several = [f for f in check.findings if f.counts != "note" and f.settings]
-    return FIX if finding.settings and len(several) > 1 else finding.remedy.rstrip(".")
+    several = [f for f in check.findings if f.counts != "note" and mended_by_fix(f)]
+    return FIX if finding in several and len(several) > 1 else remedy_of(finding)
 
 
 def across_text(checks: list[Check], accept: Collection[str] = ()) -> str:
@@ -112,5 +114,5 @@ def _lines(finding: Finding, details: bool, source: str = "LOG") -> list[str]:
     lines = [f"  {said}{_MARKS[finding.severity]:8s}{finding.code}: {finding.what}{sure}"]
     if details:
         overrule = f", or --accept {finding.code}" if finding.counts != "note" and finding.code not in NEVER else ""
-        lines.append(f"          effect: {finding.effect}; do: {of_log(finding.remedy.rstrip('.'), source)}{overrule}")
+        lines.append(f"          effect: {finding.effect}; do: {of_log(remedy_of(finding), source)}{overrule}")
     return lines

@@ -6,6 +6,8 @@ import shlex
 
 import numpy as np
 
+from infotraj.checking.finding import Finding
+from infotraj.dynamics.inputs import SURPLUS
 from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY
 from infotraj.rotations import Array
 
@@ -21,6 +23,24 @@ CHANNEL_OF = {
 def command(settings: tuple[str, ...]) -> str:
     """The import that applies the settings, as a shell takes it."""
     return " ".join(["infotraj import LOG", *(f"--set {shlex.quote(s)}" for s in settings), "-o NEW.parquet"])
+
+
+# What `import --fix` cannot find, since it knows no vehicle.
+_OF_VEHICLE = ("rotor_unit", "command_unit", SURPLUS)
+
+
+def mended_by_fix(finding: Finding) -> bool:
+    """Whether `infotraj import LOG --fix` sets what the finding asks for."""
+    return bool(finding.settings) and finding.code not in _OF_VEHICLE
+
+
+def remedy_of(finding: Finding) -> str:
+    """What to do, as people are told it: `--fix` first, where it does, and the settings beside it."""
+    remedy = finding.remedy.rstrip(".")
+    if not mended_by_fix(finding):
+        return remedy
+    options = " ".join(f"--set {shlex.quote(s)}" for s in finding.settings)
+    return remedy.replace(f" {options} -o NEW.parquet", f" --fix -o NEW.parquet (or {options})")
 
 
 def of_log(remedy: str, source: str) -> str:

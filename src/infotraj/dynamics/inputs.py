@@ -98,7 +98,7 @@ class Surplus:
         """What to do, as the tool accepts it."""
         if not self.picked:
             return f"take {CHANNEL[self.prefix]} out of the log's mapping"
-        return f"infotraj import LOG --set '{self.setting}'"
+        return f"infotraj import LOG --set '{self.setting}' -o NEW.parquet"
 
 
 def surplus(flight: Flight, vehicle: Vehicle) -> list[Surplus]:
