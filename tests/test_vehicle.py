@@ -149,3 +149,19 @@ def test_a_thrust_needs_no_coefficient_and_a_wrench_no_rotors():
 
 def test_the_example_of_the_errors_is_itself_valid():
     assert parse_vehicle(yaml.safe_load(yaml.safe_dump(SMALL))).name == "small"
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"mas": 1.0}, "mas: unknown key; did you mean mass?"),
+        ({"rotors__1__thrust_coeficient": 1e-6}, "rotors.1.thrust_coeficient: unknown key; did you mean thrust_coeff"),
+        ({"inertia__moment": 1.0}, "inertia.moment: unknown key; known: xx, yy, zz, xy, xz, yz"),
+        ({"legs": 0.18}, "legs: unknown key; known: name, mass, inertia,"),
+    ],
+)
+def test_an_unknown_key_is_told_from_the_nearest_of_the_known_ones_at_its_place(changes, says):
+    with pytest.raises(InputError) as caught:
+        parse_vehicle(changed(**changes), source="mine.yaml")
+    assert f"mine.yaml: {says}" in str(caught.value)
+    assert "\n" not in str(caught.value)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 import yaml
@@ -191,18 +192,44 @@ def parse_vehicle(content: object, source: str = "vehicle") -> Vehicle:
     try:
         return Vehicle.model_validate(content)
     except ValidationError as error:
-        raise InputError(f"{source}: {validation_line(error)}") from error
+        raise InputError(f"{source}: {validation_line(error, Vehicle)}") from error
 
 
-def validation_line(error: ValidationError) -> str:
-    """The first complaints of a pydantic validation as one line: where, what, and the value found."""
+def validation_line(error: ValidationError, of: type[BaseModel] | None = None) -> str:
+    """The first complaints of a pydantic validation as one line: where, what, and the value found.
+
+    of: the model that was validated; with it an unknown key is told from the nearest of the known ones.
+    """
     parts = []
     for entry in error.errors()[:3]:
         where = ".".join(str(p) for p in entry["loc"]) or "the file"
         if entry["type"] == "extra_forbidden":
-            parts.append(f"{where}: unknown key (misspelt, or from another version); remove or correct it")
+            parts.append(f"{where}: unknown key; {_instead(str(entry['loc'][-1]), _known_keys(of, entry['loc'][:-1]))}")
         else:
             found = "" if entry["type"] == "missing" else f" (found {str(entry['input'])[:60]!r})"
             parts.append(f"{where}: {entry['msg'].removeprefix('Value error, ')}{found}")
     more = error.error_count() - 3
     return "; ".join(parts) + (f"; and {more} more" if more > 0 else "")
+
+
+def _instead(key: str, known: list[str]) -> str:
+    near = get_close_matches(key, known, 1)
+    if near:
+        return f"did you mean {near[0]}?"
+    return f"known: {', '.join(known)}" if known else "misspelt, or from another version: remove or correct it"
+
+
+def _known_keys(of: type[BaseModel] | None, place: tuple[int | str, ...]) -> list[str]:
+    """The keys that may stand at a place in a file; none where that is not known."""
+    for step in place:
+        if of is None or step not in of.model_fields:
+            continue  # a place in a list, or a name that the user gave
+        inside = _models(of.model_fields[str(step)].annotation)
+        of = inside[0] if len(inside) == 1 else None
+    return list(of.model_fields) if of is not None else []
+
+
+def _models(annotation: Any) -> list[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [m for inner in get_args(annotation) for m in _models(inner)]

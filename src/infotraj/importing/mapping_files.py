@@ -103,7 +103,7 @@ def _mapping(content: Any, source: str) -> Mapping:
     try:
         mapping = Mapping.model_validate(content)
     except (ValidationError, RecursionError) as error:
-        line = validation_line(error) if isinstance(error, ValidationError) else "nested too deeply"
+        line = validation_line(error, Mapping) if isinstance(error, ValidationError) else "nested too deeply"
         raise UsageError(" ".join(f"{source}: {line}".split())) from error
     try:
         return with_settings(mapping, mapping.set)

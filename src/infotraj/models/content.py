@@ -80,4 +80,4 @@ def read_content(path: str | Path) -> ModelFile:
     try:
         return ModelFile.model_validate(content)
     except ValidationError as error:
-        raise InputError(f"{path}: {validation_line(error)}") from error
+        raise InputError(f"{path}: {validation_line(error, ModelFile)}") from error
