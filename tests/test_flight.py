@@ -115,7 +115,7 @@ def test_a_broken_file_is_one_line(tmp_path, name):
 
 
 def test_a_path_without_a_file_says_which(tmp_path):
-    with pytest.raises(InputError, match="no file"):
+    with pytest.raises(InputError, match="no such file"):
         read_flight(tmp_path / "a.csv")
-    with pytest.raises(InputError, match="a directory"):
+    with pytest.raises(InputError, match="a folder"):
         read_flight(tmp_path)

@@ -26,9 +26,16 @@ def unread(path: object, error: Exception, expected: str) -> str:
     if isinstance(error, FileNotFoundError):
         return problem(f"{path}: there is no such file", expected, "Check the path.")
     if isinstance(error, UnicodeDecodeError):
-        return problem(f"{path} holds no text", expected, "Is it a flight or a log? MODEL comes before FLIGHT.")
+        return swapped(path, expected)
+    if isinstance(error, IsADirectoryError):
+        return problem(f"{path} is a folder", expected, "Name a file in it.")
     what = getattr(error, "strerror", None) or error
     return problem(f"{path}: cannot be read as YAML ({what})", expected, "Check the path.")
+
+
+def swapped(path: object, expected: str) -> str:
+    """One line on a file that looks like a flight or a log where a model or vehicle file was expected."""
+    return problem(f"{path} is no YAML file", expected, "Is it a flight or a log? MODEL comes before FLIGHT.")
 
 
 def problem(found: str, expected: str, remedy: str) -> str:

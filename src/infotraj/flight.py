@@ -126,7 +126,7 @@ def read_flight(path: str | Path) -> Flight:
     """Reads a flight table (.csv or .parquet). InputError, one line, for anything that is not one."""
     path = Path(path)
     if not path.is_file():
-        what = "a directory" if path.is_dir() else "no file"
+        what = "a folder" if path.is_dir() else "there is no such file"
         raise InputError(problem(f"{path}: {what}", "a flight table (.csv or .parquet)", "Check the path."))
     try:
         if path.suffix == ".parquet":
@@ -138,9 +138,9 @@ def read_flight(path: str | Path) -> Flight:
             table = pd.read_csv(path)
             meta = yaml.safe_load(_meta_path(path).read_text()) if _meta_path(path).is_file() else {}
         else:
-            raise InputError(
-                problem(f"{path}: ends in '{path.suffix}'", ".csv or .parquet", "Run `infotraj import` first.")
-            )
+            model = "Is it a model? One MODEL comes first, before the flights."
+            remedy = model if path.suffix in (".yaml", ".yml") else f"infotraj import {path} -o flight.parquet"
+            raise InputError(problem(f"{path}: ends in '{path.suffix}'", "a flight table (.csv or .parquet)", remedy))
     except InputError:
         raise
     except (OSError, ValueError, pa.ArrowException, yaml.YAMLError, UnicodeDecodeError) as error:

@@ -10,7 +10,7 @@ import numpy as np
 import yaml
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from infotraj.errors import InputError, problem, unread
+from infotraj.errors import InputError, problem, swapped, unread
 from infotraj.rotations import Array
 
 Vector = Annotated[tuple[float, float, float], Field(description="three numbers, body frame")]
@@ -182,6 +182,8 @@ def load_vehicle(path: str | Path) -> Vehicle:
 def parse_vehicle(content: object, source: str = "vehicle") -> Vehicle:
     """A vehicle from the content of its file. InputError, one line, naming `source`, where it is not valid."""
     if not isinstance(content, dict):
+        if source.endswith(".csv"):
+            raise InputError(swapped(source, "a vehicle file"))
         raise InputError(
             problem(
                 f"{source}: holds {type(content).__name__}",

@@ -188,6 +188,31 @@ def test_thresholds_end_with_status_4(tmp_path, dragged, capsys):
         raise invoke(QUADROTOR, path, "--fail-above", "power=1").exception
 
 
+def test_what_is_missing_or_swapped_is_one_line(tmp_path, noisy):
+    flight, table = tmp_path / "a.parquet", tmp_path / "a.csv"
+    noisy.write(flight)
+    noisy.write(table)
+    expected = {
+        (
+            flight,
+            QUADROTOR,
+        ): f"{flight} is no YAML file; expected a model or vehicle file. Is it a flight or a log? MODEL",
+        (table, QUADROTOR): f"{table} is no YAML file; expected a vehicle file. Is it a flight or a log? MODEL comes",
+        (
+            QUADROTOR,
+            QUADROTOR,
+        ): f"{QUADROTOR}: ends in '.yaml'; expected a flight table (.csv or .parquet). Is it a mod",
+        (tmp_path / "none.yaml", flight): f"{tmp_path / 'none.yaml'}: there is no such file; expected a model or veh",
+        (QUADROTOR, tmp_path / "no.csv"): f"{tmp_path / 'no.csv'}: there is no such file; expected a flight table",
+    }
+    for arguments, line in expected.items():
+        done = invoke(*arguments)
+        assert isinstance(done.exception, InputError)
+        assert str(done.exception).startswith(line)
+        assert "\n" not in str(done.exception)
+        assert not done.output
+
+
 def test_rejected_flights_are_all_named(tmp_path, noisy):
     good, bad, worse = tmp_path / "a.parquet", tmp_path / "b.csv", tmp_path / "c.parquet"
     noisy.write(good)

@@ -150,6 +150,9 @@ def test_wrong_values_are_named_in_one_line():
         Model(quadrotor, [drag(), drag()])
     with pytest.raises(UsageError, match="linear_drag"):
         effect_class("liner_drag")
+    with pytest.raises(UsageError) as caught:
+        effect_class("drag")
+    assert str(caught.value).startswith("no effect 'drag'; expected linear_drag or quadratic_drag or rotor_drag. The")
 
 
 def test_what_cannot_show_is_said_with_a_reason():

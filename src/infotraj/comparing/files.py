@@ -47,7 +47,7 @@ def admitted(
     use: Callable[[Flight], T],
     reading: Reading,
 ) -> Admitted[T]:
-    """The flights that `check` lets through and `use` can work with. The others are named on standard error.
+    """The flights that `check` lets through and `use` can work with. Of several the others are named on standard error.
 
     UsageError for a code that does not exist; InputError where a flight was rejected (with `skip_rejected`: where none
     is left).
@@ -62,7 +62,7 @@ def admitted(
             part(flight, start, stop)
             read.append(flight if steps is None else stepped(flight, steps))
         except InputError as error:
-            rejected += _named(error)
+            rejected += _named(error, among=len(paths))
     flights: list[Flight] = []
     found: list[T] = []
     checks = checked(read, vehicle, start, stop)
@@ -72,14 +72,17 @@ def admitted(
             found.append(use(clean))
             flights.append(clean)
         except InputError as error:
-            rejected += _named(error)
+            rejected += _named(error, among=len(paths))
     if rejected and not (reading.skip_rejected and flights):
-        remedy = "Leave them out." if not flights else "Leave them out, or give --skip-rejected."
+        remedy = "Leave them out, or give --skip-rejected." if flights else "The lines above say what to do."
         raise InputError(problem(f"{rejected} of {len(paths)} flights rejected", "flights that can be used", remedy))
     return Admitted(flights, found, checks)
 
 
-def _named(error: InputError) -> int:
+def _named(error: InputError, among: int) -> int:
+    """A line for one of several flights; where there is no other, its error is that of the command."""
+    if among == 1:
+        raise error
     click.echo(f"rejected: {error}", err=True)
     return 1
 

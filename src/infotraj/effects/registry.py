@@ -51,8 +51,9 @@ def effect_class(name: str, paths: Iterable[str | Path] = ()) -> type[Effect]:
     if name not in known:
         import difflib
 
-        close = difflib.get_close_matches(name, known, n=3) or sorted(known)
-        raise UsageError(problem(f"no effect {name!r}", " or ".join(close), "See `infotraj effects`."))
+        holding = sorted(n for n in known if name in n) if name else []
+        close = list(dict.fromkeys([*holding, *difflib.get_close_matches(name, known, n=3)])) or ["a name of the list"]
+        raise UsageError(problem(f"no effect {name!r}", " or ".join(close), "The list: `infotraj effects`."))
     return known[name]
 
 
