@@ -188,6 +188,17 @@ def test_thresholds_end_with_status_4(tmp_path, dragged, capsys):
         raise invoke(QUADROTOR, path, "--fail-above", "power=1").exception
 
 
+def test_what_comes_next_is_locate_only_where_something_is_left(tmp_path, noisy, dragged):
+    noisy.write(tmp_path / "fits.parquet")
+    dragged.write(tmp_path / "drag.parquet")
+    fits, drag = (invoke(QUADROTOR, tmp_path / f"{name}.parquet").stderr for name in ("fits", "drag"))
+    assert "every axis is within 1.5 times its floor: nothing is left to name on these flights" in fits
+    assert f"next: infotraj design {QUADROTOR} --flown {tmp_path / 'fits.parquet'} -o ref.csv\n" in fits
+    assert "infotraj locate" not in fits
+    assert f"next: infotraj locate {QUADROTOR} {tmp_path / 'drag.parquet'}\n" in drag
+    assert "nothing is left" not in drag
+
+
 def test_what_is_missing_or_swapped_is_one_line(tmp_path, noisy):
     flight, table = tmp_path / "a.parquet", tmp_path / "a.csv"
     noisy.write(flight)

@@ -65,6 +65,7 @@ def compare_command(
     from infotraj.comparing import files, summary, thresholds
     from infotraj.comparing.comparison import Comparison, compare
     from infotraj.comparing.equation_error import WINDOW
+    from infotraj.comparing.floor import AT_FLOOR
     from infotraj.comparing.rollouts import parse_horizons
     from infotraj.models import load_model
 
@@ -136,6 +137,11 @@ def compare_command(
     said = thresholds.passed(comparison.models[0], limits)
     for sentence in said:
         click.echo(f"above the threshold: {sentence}", err=True)
-    say(quiet, f"next: infotraj locate {model} {' '.join(str(f.meta['source']) for f in used)}")
+    named = " ".join(str(f.meta["source"]) for f in used)
+    if summary.at_floor(comparison.models[0].overall):
+        say(quiet, f"every axis is within {AT_FLOOR:g} times its floor: nothing is left to name on these flights")
+        say(quiet, f"next: infotraj design {model} --flown {named} -o ref.csv")
+    else:
+        say(quiet, f"next: infotraj locate {model} {named}")
     if said:
         sys.exit(THRESHOLD_PASSED)

@@ -22,6 +22,7 @@ _EVEN = 0.25  # differences are taken where the steps differ by less than this s
 # 1.4826 x the median of |x| is the standard deviation of normal x: a spike, or a jump of the motion, does not move it.
 _NORMAL = 1.4826
 _SPIKED = 1.3
+AT_FLOOR = 1.5  # times the floor: an error within it makes no window in time stand out
 RED = 1.3  # noise seen over part of the window this many times that of neighbours is not white
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from infotraj.checking.acceptance import accepted_in, accepted_lines
 from infotraj.comparing.comparison import Compared, Comparison
 from infotraj.comparing.equation_error import AXES, EquationError
-from infotraj.comparing.floor import RED
+from infotraj.comparing.floor import AT_FLOOR, RED
 from infotraj.comparing.rollouts import MEASURES, UNITS, mean_errors
 from infotraj.comparing.statistics import Statistics
 from infotraj.rotations import Array
@@ -124,6 +124,12 @@ def _table_of(model: Compared, flights: int) -> str:
             f"{_percent(s.explained[k]):>11}"
         )
     return "\n".join(lines)
+
+
+def at_floor(overall: Statistics) -> bool:
+    """Whether the error of every axis that can be said is at its floor: nothing is left to name on these flights."""
+    said = [k for k in range(len(AXES)) if overall.rows[k] and np.isfinite(overall.rmse[k])]
+    return bool(said) and all(overall.rmse[k] <= AT_FLOOR * overall.floor[k] for k in said)
 
 
 def healthy_dict(healthy: Comparison) -> dict[str, Any]:

@@ -9,9 +9,10 @@ import numpy as np
 from scipy.stats import chi2
 
 from infotraj.comparing.equation_error import AXES, EquationError
+from infotraj.comparing.floor import AT_FLOOR
 
 LENGTH = 1.0  # s
-LEAST_RATIO = 1.5  # RMS in a window over that of the rest of the flight and over the floor
+LEAST_RATIO = AT_FLOOR  # RMS in a window over that of the rest of the flight and over the floor
 ALPHA = 0.01
 
 
