@@ -15,7 +15,7 @@ from exact_simulation import fly
 from scipy.stats import multivariate_normal
 
 from infotraj.cli import cli
-from infotraj.design.design import design, room_of
+from infotraj.design.design import Told, design, room_of
 from infotraj.design.expected import Limits, expected, limits
 from infotraj.design.inputs import commands, own_inputs, stand_in
 from infotraj.design.paths import Room, calmer, drawn, path, varied
@@ -258,7 +258,23 @@ def test_what_strays_in_simulation_is_not_to_be_flown(monkeypatch):
     made = design(found, flights, room_of(flights, (2.0, 2.0, 1.0), 8.0, 2.0, 0.4, found.model), candidates=3)
     assert "warning: in simulation it strays by 0.4 m from the reference" in as_text(made, "ref.csv")
     assert following(made, "ref.csv", "diagnose").startswith("do not fly it as it is")
-    assert following(replace(made, not_flown=""), "ref.csv", "diagnose") == "fly ref.csv, then diagnose"
+    plain = replace(made, not_flown="", told=(Told("drag", 0.0, 0.5, 0.9),))
+    assert following(plain, "ref.csv", "diagnose") == "fly ref.csv, then diagnose"
+    # What is told already, known to better than a hundredth, or not there at all is hardly worth a flight.
+    for told, says in (
+        ((), "nothing is open, and nothing was found"),
+        ((Told("drag", 1.0, 1.0, 1.0),), "what is asked is told already"),
+        ((_narrowed(0.009),), "what was found is known to better than 1 %"),
+    ):
+        idle = replace(plain, told=told)
+        assert f"hardly worth flying for this: {says}" in as_text(idle, "ref.csv")
+        assert following(idle, "ref.csv", "diagnose").startswith("if you fly it all the same, fly ref.csv")
+    for told in (plain.told, (_narrowed(0.02),), (_narrowed(0.001), _narrowed(0.02))):
+        assert "hardly worth" not in as_text(replace(plain, told=told), "ref.csv")
+
+
+def _narrowed(share):
+    return Told("x", None, None, None, ("x.k",), (share,), (share,), (share / 2,), (share,))
 
 
 def test_the_command_writes_a_reference_and_says_what_it_will_tell(tmp_path):
@@ -279,6 +295,8 @@ def test_the_command_writes_a_reference_and_says_what_it_will_tell(tmp_path):
     (told,) = content["told"]
     for row in told["numbers"]:
         assert row["standard_error"]["after"] < row["standard_error"]["now"]
+    for row, size in zip(told["numbers"], (0.12, 0.12, 0.1), strict=True):
+        assert row["share_of_effect"] * size == pytest.approx(row["standard_error"]["now"], rel=0.2)
     assert (tmp_path / "design.png").stat().st_size > 10_000
     bad = CliRunner().invoke(cli, ["design", vehicle, "--flown", *paths, "--box", "2x2", "-o", str(output)])
     assert bad.exit_code == 2

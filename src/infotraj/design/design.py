@@ -18,12 +18,14 @@ from infotraj.design.simulation import Simulated, simulated
 from infotraj.design.worth import Gram, Question
 from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.judge.groups import AS_PROBABLE
+from infotraj.diagnosis.linear.candidates import Candidate, places, raw
 from infotraj.diagnosis.linear.observation import Observation
 from infotraj.errors import InputError, problem
 from infotraj.flight import POSITION, Flight
 from infotraj.models import Model
 from infotraj.rotations import Array
 from infotraj.trajectories.reference import Reference
+from infotraj.vehicle import Vehicle
 
 CANDIDATES = 60
 _ROUNDS, _KEPT, _SPREAD = 2, 4, 0.12  # how often the best are varied, how many, by how much
@@ -38,7 +40,8 @@ _BESIDE = 0.25  # m from the reference, and so from the box, at most, in simulat
 @dataclass(frozen=True)
 class Told:
     """What a flight would tell of one question: probability that it is decided, now, after another flight like the
-    last flown, and after the design; or an effect's standard errors at the same three times."""
+    last flown, and after the design; or an effect's standard errors at the same three times, and those of now as
+    shares of how far the number is from that of no effect."""
 
     words: str
     now: float | None = None
@@ -48,6 +51,7 @@ class Told:
     errors_now: tuple[float, ...] = ()
     errors_again: tuple[float, ...] = ()
     errors_after: tuple[float, ...] = ()
+    shares_now: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -220,13 +224,21 @@ def _numbers(question: Question, gram: Gram, again: Gram, determine: str | None)
     for label in chosen:
         now, after, at = question.errors_after(gram, label)
         _, repeated, _ = question.errors_after(again, label)
-        column = next(c for c in question.first.fit.linear.columns if c.candidate.label == label)
-        places = [
-            p for p in column.candidate.form for _ in range(p.count(question.first.fit.linear.observation.vehicle))
-        ]
-        names = tuple(f"{label}.{places[k].name}, {places[k].unit}" for k in at)
-        out.append(Told(label, None, None, None, names, tuple(now), tuple(repeated), tuple(after)))
+        linear = question.first.fit.linear
+        candidate = next(c for c in linear.columns if c.candidate.label == label).candidate
+        vehicle = linear.observation.vehicle
+        of = [p for p in candidate.form for _ in range(p.count(vehicle))]
+        names = tuple(f"{label}.{of[k].name}" + (f", {of[k].unit}" if of[k].unit != "-" else "") for k in at)
+        found = next(m.effect for m in question.first.members if m.candidate.label == label)
+        size = np.abs(raw(found, places(candidate, vehicle)) - _absent(candidate, vehicle))[at]
+        shares = tuple(np.divide(now, size, out=np.full(len(now), np.inf), where=size > 0))
+        out.append(Told(label, None, None, None, names, tuple(now), tuple(repeated), tuple(after), shares))
     return out
+
+
+def _absent(candidate: Candidate, vehicle: Vehicle) -> Array:
+    """The numbers of no effect, in the order of the fitted ones."""
+    return np.concatenate([candidate.cls.absent(vehicle, p) for p in candidate.form])
 
 
 def _rotor_columns(flight: Flight) -> list[str]:

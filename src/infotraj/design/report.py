@@ -8,6 +8,19 @@ import numpy as np
 
 from infotraj.design.design import Design, Told
 
+_KNOWN = 0.01  # of an effect: no number of a vehicle file is asked for better (docs/vehicle.md: mass to 1 %)
+
+
+def hardly_worth(made: Design) -> str:
+    """Why the flight would tell little that is not known; empty where it tells something."""
+    if not made.told:
+        return "nothing is open, and nothing was found beyond the model: the flight narrows the file's own numbers"
+    if all(t.now for t in made.told):
+        return "what is asked is told already"
+    if all(t.shares_now and max(t.shares_now) < _KNOWN for t in made.told):
+        return f"what was found is known to better than {100 * _KNOWN:g} % of itself"
+    return ""
+
 
 def as_text(made: Design, output: str) -> str:
     """What the flight is, what it will tell, and what stands against it."""
@@ -22,6 +35,8 @@ def as_text(made: Design, output: str) -> str:
         share = (made.inputs - made.limits.low) / (made.limits.high - made.limits.low)
         lines.append(f"rotors: {share.min():.0%} to {share.max():.0%} of the range between least and greatest input")
     lines += [line for t in made.told for line in _told(t)]
+    if hardly_worth(made):
+        lines.append(f"hardly worth flying for this: {hardly_worth(made)}")
     if made.flown is not None and not made.not_flown:
         how = "simulated with the model as found, by a plain controller"
         lines.append(f"{how}: {made.flown.away(r):.2g} m from the reference at most")
@@ -34,7 +49,7 @@ def following(made: Design, output: str, diagnose: str) -> str:
     """What to do with it: not to fly what went wrong in simulation. diagnose: the command for afterwards."""
     if made.not_flown and made.flown is not None:
         return "do not fly it as it is; ask again with a smaller --box, --max-speed or --max-tilt"
-    return f"fly {output}, then {diagnose}"
+    return f"{'if you fly it all the same, ' if hardly_worth(made) else ''}fly {output}, then {diagnose}"
 
 
 def _told(t: Told) -> list[str]:
@@ -44,12 +59,16 @@ def _told(t: Told) -> list[str]:
             f"telling {t.words}: {_probability(t.after)} probable after it, "
             f"{_probability(t.again)} after another flight like the last one{now}"
         ]
-    rows = zip(t.numbers, t.errors_now, t.errors_again, t.errors_after, strict=True)
+    rows = zip(t.numbers, t.errors_now, t.shares_now, t.errors_again, t.errors_after, strict=True)
     return [
-        f"{name}: standard error {now:.2g} now, {after:.2g} after it, "
+        f"{name}: standard error {now:.2g} now{_of_effect(share)}, {after:.2g} after it, "
         f"{again:.2g} after another flight like the last one"
-        for name, now, again, after in rows
+        for name, now, share, again, after in rows
     ]
+
+
+def _of_effect(share: float) -> str:
+    return f" ({100 * share:.2g} % of the effect)" if share < 1.0 else ""
 
 
 def _probability(x: float) -> str:
@@ -73,8 +92,10 @@ def as_dict(made: Design, output: str) -> dict[str, Any]:
                 "question": t.words,
                 "decided": None if t.after is None else {"now": t.now, "again": t.again, "after": t.after},
                 "numbers": [
-                    {"name": n, "standard_error": {"now": a, "again": b, "after": c}}
-                    for n, a, b, c in zip(t.numbers, t.errors_now, t.errors_again, t.errors_after, strict=True)
+                    {"name": n, "standard_error": {"now": a, "again": b, "after": c}, "share_of_effect": _finite(s)}
+                    for n, a, b, c, s in zip(
+                        t.numbers, t.errors_now, t.errors_again, t.errors_after, t.shares_now, strict=True
+                    )
                 ],
             }
             for t in made.told
@@ -83,6 +104,7 @@ def as_dict(made: Design, output: str) -> dict[str, Any]:
         if made.flown is None
         else {"from_reference": _finite(made.flown.away(r)), "at_limit": made.flown.at_limit},
         "warning": made.not_flown or None,
+        "hardly_worth": hardly_worth(made) or None,
         "tried": made.tried,
     }
 
