@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 from infotraj.report.again import FORM, read_content
 from infotraj.report.bars import gains
 from infotraj.report.combinations import boxes
-from infotraj.report.formats import change, numbers, prefixed, significant
+from infotraj.report.figures import _places
+from infotraj.report.formats import change, interval, numbers, prefixed, significant
 from infotraj.report.page import page
 from infotraj.report.series import packed, reduced, unpacked
 
@@ -87,6 +88,20 @@ def test_a_number_of_an_effect_has_as_many_digits_as_its_error():
     row = {"parameters": {"rotor": 3, "r": [0.01234, -2.0]}, "standard_errors": {"r": [0.00012, 0.5]}}
     assert numbers(row, {"units": {"r": "m", "rotor": "-"}}) == ["rotor 3", "r (0.01234 ± 0.00012, -2.00 ± 0.50) m"]
     assert prefixed("N m", 0.04) == (1e3, "mN m")
+    about = {"units": {"r": "m", "rotor": "-"}, "index": ["rotor"]}
+    assert numbers(row, about)[0] == "rotor 3 (counted from 0)"
+
+
+def test_an_interval_that_is_the_value_is_said_in_words():
+    assert interval([-0.99998, -0.99998], -0.99998) == "the same over the 95 % interval"
+    assert interval([-0.9998, -0.9996], -0.9997) == "95 % interval −99.98\u00a0% to −99.96\u00a0%"
+
+
+def test_the_dashed_line_of_the_rms_lies_over_the_mean(content):
+    for drawn in _places(content):
+        lines = [r.glyph for r in drawn.renderers if r.glyph.__class__.__name__ == "Line"]
+        assert [line.y for line in lines] == ["mean", "rms"]
+        assert lines[-1].line_dash
 
 
 def test_the_bars_are_the_errors_of_the_series_that_are_drawn(content):

@@ -76,7 +76,7 @@ def draw_places(located: Located) -> Figure:
 def draw_residuals(located: Located) -> Figure:
     """Residual against the quantity of each place, worst first, with the band in which nothing is left to explain.
 
-    Points: all flights. Line: mean of each of 12 ranges, bar: its RMS. Shaded red: the place.
+    Points: all flights. Line: mean of each of 12 ranges, dashed: its RMS. Shaded red: the place.
     """
     shown = located.places[:MOST_PLACES]
     columns = min(3, len(shown))
@@ -106,7 +106,8 @@ def _residual_panel(axes: Axes, n: int, place: Place, found: Found) -> None:
     axes.plot(x, y, ".", color=style.GREY, ms=2, alpha=0.45, mew=0, zorder=2, label="samples")
     middle, mean, rms = by_range(x, y)
     axes.plot(middle, mean, "o-", color=style.BLUE, ms=2.5, lw=1.2, zorder=4, label="mean")
-    axes.plot(middle, rms, "-", color=style.VERMILION, lw=1.0, zorder=3, label="RMS")
+    # On top, for where the mean is positive and the spread small the two are one line.
+    axes.plot(middle, rms, "--", color=style.VERMILION, lw=1.0, zorder=5, label="RMS")
     axes.set_xlim(low, high)
     reach = 1.1 * max(np.percentile(np.abs(y), 99.5), 2.5 * place.floor)
     axes.set_ylim(-reach, reach)

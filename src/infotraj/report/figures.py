@@ -98,9 +98,10 @@ def _places(content: dict[str, Any]) -> list[figure]:
         fig.scatter("x", "y", source=rows, size=2.5, fill_alpha=0.35, line_color=None).tags = ["point"]
         heights = {key: factor * unpacked(place[key]) for key in ("mean", "rms")}
         ranges = ColumnDataSource({"middle": unpacked(place["middle"]), **heights})
-        fig.line("middle", "rms", source=ranges, line_width=1.8, line_dash="dashed").tags = ["given"]
         fig.line("middle", "mean", source=ranges, line_width=2.2).tags = ["ticked"]
         fig.scatter("middle", "mean", source=ranges, size=5, line_color=None).tags = ["ticked"]
+        # On top, for where the mean is positive and the spread small the two are one line.
+        fig.line("middle", "rms", source=ranges, line_width=1.8, line_dash="dashed").tags = ["given"]
         drawn.append(fig)
     return drawn
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 _PREFIXES = (("", 1.0), ("m", 1e3), ("µ", 1e6))
@@ -16,6 +17,9 @@ def numbers(row: dict[str, Any], about: dict[str, Any], key: str = "parameters")
     lines = []
     for name, value in values.items():
         if value is None:
+            continue
+        if name in about.get("index", ()):
+            lines.append(f"{name} {value} (counted from 0)")
             continue
         unit = plain_unit(units.get(name, ""))
         lines.append(f"{name} {_with_error(value, errors.get(name))}{' ' + unit if unit and unit != '-' else ''}")
@@ -82,6 +86,12 @@ def change(value: float | None) -> str:
     if left < 0.1:
         digits = 4 if left <= 1e-6 else max(0, min(4, -math.floor(math.log10(100 * left))))
     return f"{100 * value:+.{digits}f}\u00a0%".replace("-", "−")
+
+
+def interval(ends: Sequence[float | None], value: float | None) -> str:
+    """The 95 % interval of a relative change; in words where all of it is the value, to the digits shown."""
+    low, high = map(change, ends)
+    return "the same over the 95 % interval" if low == high == change(value) else f"95 % interval {low} to {high}"
 
 
 def plain_unit(unit: str) -> str:

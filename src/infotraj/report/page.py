@@ -13,7 +13,7 @@ from jinja2 import Environment, FunctionLoader, StrictUndefined
 from infotraj.errors import InfotrajError, problem
 from infotraj.report.bars import gains, panel
 from infotraj.report.figures import figures, javascript
-from infotraj.report.formats import change, measure, numbers, percent, plain_unit, signed, significant
+from infotraj.report.formats import change, interval, measure, numbers, percent, plain_unit, signed, significant
 
 _ORDER = ("Supported", "Not separable", "Plausible", "Not needed", "Not testable here")
 _MARKS = {"Supported": "●", "Not separable": "◐", "Plausible": "○", "Not needed": "–", "Not testable here": "?"}
@@ -41,7 +41,7 @@ def page(content: dict[str, Any]) -> str:
         loader=FunctionLoader(asset), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     environment.filters |= {"sig": significant, "signed": signed, "percent": percent, "change": change}
-    environment.filters |= {"unit": plain_unit, "measure": measure}
+    environment.filters |= {"unit": plain_unit, "measure": measure, "interval": interval}
     rows = sorted(content["answer"]["effects"], key=_rank)
     return environment.get_template("page.html").render(
         c=content,
