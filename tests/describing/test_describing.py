@@ -114,6 +114,20 @@ def test_the_command_writes_checks_and_never_overwrites(tmp_path):
     assert out.read_text() == before
 
 
+def test_a_speed_may_be_given_in_rpm(tmp_path):
+    """5600 rpm are 586.43 rad/s: one file."""
+    texts = []
+    for hover, most in (("5600rpm", "9000 rpm"), ("586.43", "942.48"), ("586.43rad/s", "942.48 rad/s")):
+        out = tmp_path / hover.replace("/", "") / "mine.yaml"
+        assert new("-o", out, *SMALL, "--hover", hover, "--max-speed", most).exit_code == 0
+        content = yaml.safe_load(out.read_text())
+        texts.append([content["rotors"][0][k] for k in ("thrust_coefficient", "max_speed")])
+    assert texts[0] == pytest.approx(texts[1], rel=1e-4)
+    assert texts[1] == texts[2]
+    for wrong in ("fast", "5600 rps", "-1", "0rpm", "inf"):
+        assert new("-o", tmp_path / "no.yaml", *SMALL, "--hover", wrong).exit_code == 2
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
@@ -121,7 +135,7 @@ def test_the_command_writes_checks_and_never_overwrites(tmp_path):
         (["--layout", "hexa_x"], "no --order (px4 | ardupilot), --arm"),
         ([*SMALL, "--input", "throttle"], "no --hover"),
         ([*SMALL, "--input", "throttle", "--hover", "40"], "--hover 40; expected a throttle of 0..1"),
-        ([*SMALL, "--hover", "56000"], "If it is in rpm, give --hover 5864"),
+        ([*SMALL, "--hover", "56000"], "If it is in rpm, give --hover 56000rpm"),
         ([*SMALL, "--input", "thrust", "--hover", "40"], "--hover with --input thrust"),
         ([*SMALL, "--inertia", "0.1", "0.1"], "--inertia with 2 numbers"),
         (["--layout", "hexa_x", "--order", "betaflight", *SMALL[4:]], "the order of betaflight for hexa_x"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,26 @@ _NEEDED = {
     "mass": "Mass with its battery, kg",
     "propeller": "Diameter of a propeller, m",
 }
+
+
+class _Speed(click.ParamType):
+    """A positive number: `586`, or a speed of a rotor with its unit: `586rad/s`, `5600rpm`. Given in rad/s."""
+
+    name = "speed"
+
+    def convert(self, value, param, ctx):
+        from infotraj.describing.alone import RPM
+
+        found = re.fullmatch(r"\s*(\d*\.?\d*(?:e[-+]?\d+)?)\s*(rpm|rad/s)?\s*", str(value), re.IGNORECASE)
+        try:
+            number = float(found[1]) if found is not None else 0.0
+        except ValueError:
+            number = 0.0
+        if found is None or not 0.0 < number < float("inf"):
+            self.fail(f"{value!r} is no positive number, alone or with rad/s or rpm, such as 586 or 5600rpm")
+        return number * (RPM if (found[2] or "").lower() == "rpm" else 1.0)
+
+
 _POSITIVE = click.FloatRange(min=0, min_open=True)
 _FLIGHT = click.option("--flight", type=click.Path(path_type=Path), help="A flight to hold the new file against.")
 
@@ -42,11 +63,11 @@ def vehicle_command() -> None:
     type=click.Choice(["speed", "throttle", "thrust"]),
     help="What the log has of each rotor: rad/s or rpm, 0..1 (PWM, dshot), or N.  [default: speed]",
 )
-@click.option("--hover", type=_POSITIVE, help="Speed (rad/s) or throttle (0..1) of a rotor in hover.")
+@click.option("--hover", type=_Speed(), help="Speed (586 rad/s, or 5600rpm) or throttle (0..1) of a rotor in hover.")
 @click.option("--thrust-coefficient", type=_POSITIVE, help="N s^2/rad^2, from a stand.")
 @click.option("--moment-constant", type=_POSITIVE, help="m, torque over thrust, from a stand.")
 @click.option("--time-constant", type=_POSITIVE, help="s, of a step on a stand.")
-@click.option("--max-speed", type=_POSITIVE, help="rad/s.")
+@click.option("--max-speed", type=_Speed(), help="rad/s, or 9000rpm.")
 @click.option("--inertia", cls=Several, type=_POSITIVE, metavar="XX YY ZZ", help="kg m^2, from CAD or a pendulum.")
 @_FLIGHT
 @quiet_option
@@ -129,12 +150,12 @@ def _completed(known: dict[str, Any], kind: str) -> str:
 
 
 def _checked_speed(hover: float, propeller: float) -> None:
-    from infotraj.describing.alone import FASTEST_TIP, RPM
+    from infotraj.describing.alone import FASTEST_TIP
 
     tip = hover * propeller / 2
     if tip > FASTEST_TIP:
         found = f"--hover {hover:g}: at {hover:g} rad/s the tips of {propeller:g} m propellers move with {tip:.0f} m/s"
-        remedy = f"If it is in rpm, give --hover {hover * RPM:.4g}."
+        remedy = f"If it is in rpm, give --hover {hover:g}rpm."
         raise UsageError(problem(found, f"rad/s, tips below {FASTEST_TIP:g} m/s", remedy))
 
 
