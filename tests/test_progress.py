@@ -1,13 +1,15 @@
 """Progress: time left on a terminal, nothing anywhere else."""
 
 import io
+import threading
+import time
 from types import SimpleNamespace
 
 import click
 import pytest
 
 from infotraj import progress as module
-from infotraj.progress import progress
+from infotraj.progress import progress, waiting
 
 
 @pytest.fixture
@@ -44,11 +46,37 @@ def test_long_waits_are_told_in_minutes_and_long_labels_are_cut(terminal):
     assert "2 of 3, 10 min left" in terminal.said()
 
 
+def test_what_nobody_can_tell_the_length_of_says_how_long_it_has_run(terminal, monkeypatch):
+    monkeypatch.setattr(module, "_EVERY", 0.001)
+    with waiting("diagnosing"):
+        time.sleep(0.02)
+        assert terminal.said() == ""
+        terminal.now = 12.0
+        wait_for(lambda: "diagnosing, 12 s so far" in terminal.said())
+        terminal.now = 150.0
+        wait_for(lambda: "2 min so far" in terminal.said())
+    assert terminal.said().endswith("\r")
+    assert "\n" not in terminal.said()
+    with pytest.raises(ValueError, match="its own"), waiting("diagnosing"):
+        raise ValueError("its own")
+    assert not [t for t in threading.enumerate() if "_so_far" in t.name]
+
+
+def wait_for(what, longest=5.0):
+    begun = time.monotonic()
+    while not what():
+        assert time.monotonic() - begun < longest
+        time.sleep(0.002)
+
+
 def test_what_is_quick_or_asked_to_be_quiet_says_nothing(terminal):
     run(terminal, 10, step=0.1)
     with click.Context(click.Command("any")) as context:
         context.params["quiet"] = True
         run(terminal, 4)
+        with waiting("diagnosing"):
+            terminal.now += 60.0
+            time.sleep(0.01)
     assert terminal.said() == ""
 
 

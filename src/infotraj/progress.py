@@ -1,16 +1,20 @@
-"""How far a loop is and how long it will still take: one line on a terminal, for what takes more than two seconds."""
+"""How far a loop is and how long it will still take, or for how long something has run: one line on a terminal, for
+what takes more than two seconds."""
 
 from __future__ import annotations
 
 import sys
+import threading
 import time
 from collections.abc import Iterable, Iterator, Sized
+from contextlib import contextmanager
 from typing import TypeVar
 
 import click
 
 T = TypeVar("T")
 _QUICK = 2.0  # s: what is done by then says nothing
+_EVERY = 1.0  # s
 _WIDTH = 79
 
 
@@ -19,9 +23,7 @@ def progress(items: Iterable[T], label: str) -> Iterator[T]:
 
     The line is written over itself and gone at the end; there is none under `-q`, and nothing in a pipe or a file.
     """
-    context = click.get_current_context(silent=True)
-    quiet = context is not None and context.params.get("quiet")
-    if quiet or not isinstance(items, Sized) or not sys.stderr.isatty():
+    if not isinstance(items, Sized) or not _heard():
         yield from items
         return
     begun, shown = time.monotonic(), False
@@ -35,9 +37,46 @@ def progress(items: Iterable[T], label: str) -> Iterator[T]:
             yield item
     finally:
         if shown:
-            _over("")
-            sys.stderr.write("\r")
-            sys.stderr.flush()
+            _cleared()
+
+
+@contextmanager
+def waiting(label: str) -> Iterator[None]:
+    """While something runs whose length nobody can tell beforehand: `label, 12 s so far`, under the same rules."""
+    if not _heard():
+        yield
+        return
+    begun, ended = time.monotonic(), threading.Event()
+    thread = threading.Thread(target=_so_far, args=(label, begun, ended), daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()
+
+
+def _so_far(label: str, begun: float, ended: threading.Event) -> None:
+    shown = False
+    while not ended.wait(_EVERY):
+        passed = time.monotonic() - begun
+        if passed > _QUICK:
+            _over(f"{label}, {_words(passed)} so far")
+            shown = True
+    if shown:
+        _cleared()
+
+
+def _heard() -> bool:
+    context = click.get_current_context(silent=True)
+    quiet = context is not None and context.params.get("quiet")
+    return not quiet and sys.stderr.isatty()
+
+
+def _cleared() -> None:
+    _over("")
+    sys.stderr.write("\r")
+    sys.stderr.flush()
 
 
 def _over(line: str) -> None:

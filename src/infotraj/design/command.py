@@ -22,6 +22,7 @@ from infotraj.options import (
     say,
     seed_option,
 )
+from infotraj.progress import waiting
 
 
 class _Seconds(click.ParamType):
@@ -118,7 +119,8 @@ def design_command(
         raise UsageError(problem("--separate and --determine at once", "one question", "Leave one out."))
     read, _ = read_model(model, effects_from)
     let_in = files.admitted(flown, read.vehicle, lambda flight: observe(read, [flight], None, None), reading)
-    found = diagnose(read, let_in.flights, effects_from=effects_from, seed=seed)
+    with waiting(f"diagnosing {len(let_in.flights)} flights"):
+        found = diagnose(read, let_in.flights, effects_from=effects_from, seed=seed)
     room = room_of(let_in.flights, box, seconds, max_speed, float(np.deg2rad(max_tilt)), read)
     loud = not quiet and sys.stderr.isatty()
     bar = click.progressbar(length=candidates, label="candidates", file=sys.stderr) if loud else None

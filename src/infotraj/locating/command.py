@@ -24,6 +24,7 @@ from infotraj.options import (
     verbose_option,
     window_option,
 )
+from infotraj.progress import waiting
 
 
 @click.command("locate")
@@ -85,13 +86,14 @@ def locate_command(
     let_in = admitted(flights)
     used = let_in.flights
     usual = admitted(reference).flights if reference else []
-    located = locate(
-        loaded,
-        used,
-        rng=np.random.default_rng(seed),
-        least_excess=LEAST_EXCESS if least_excess is None else least_excess,
-        **how,
-    )
+    with waiting(f"searching {len(used)} flights"):
+        located = locate(
+            loaded,
+            used,
+            rng=np.random.default_rng(seed),
+            least_excess=LEAST_EXCESS if least_excess is None else least_excess,
+            **how,
+        )
     healthy = beside(located, loaded, usual, **how) if usual else None
     if json_file is not None:
         files.write_json(summary.as_dict(located, healthy), json_file)

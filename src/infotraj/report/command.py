@@ -20,6 +20,7 @@ from infotraj.options import (
     say,
     seed_option,
 )
+from infotraj.progress import waiting
 
 
 @click.command("report")
@@ -78,11 +79,13 @@ def report_command(
     )
     used = asked.flights.flights
     say(quiet, f"diagnosing {len(used)} flights, {sum(len(f.t) for f in used)} rows")
-    found = asked.answer(matters=matters, seed=seed)
+    with waiting("diagnosing"):
+        found = asked.answer(matters=matters, seed=seed)
     saved = save_model if save_model is not None and asked.save(found, save_model) else None
     say(quiet, "computing where it fails, and the error of every combination of effects")
     words = ["infotraj", "report", *sys.argv[2:]] if sys.argv[1:2] == ["report"] else ["infotraj", "report"]
-    content = gathered(asked, found, seed=seed, matters=matters, saved=saved, command=words)
+    with waiting("computing"):
+        content = gathered(asked, found, seed=seed, matters=matters, saved=saved, command=words)
     if json_file is not None:
         files.write_json(content, json_file)
     _write(content, output, quiet)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import click
@@ -26,6 +25,7 @@ from infotraj.options import (
     seed_option,
     verbose_option,
 )
+from infotraj.progress import waiting
 
 _SEED = seed_option("Of the resamples and surrogates.")
 _VERBOSE = verbose_option("Every effect, and what the search did.")
@@ -78,8 +78,8 @@ def diagnose_command(
         reading=reading,
     )
     used = asked.flights.flights
-    _progress(quiet, f"{len(used)} flights, {sum(len(f.t) for f in used)} rows")
-    found = asked.answer(matters=matters, seed=seed)
+    with waiting(f"diagnosing {len(used)} flights, {sum(len(f.t) for f in used)} rows"):
+        found = asked.answer(matters=matters, seed=seed)
     if json_file is not None:
         files.write_json(summary.as_dict(found), json_file)
     if save_model is not None:
@@ -166,7 +166,8 @@ def add_command(
     read, _ = read_model(model, effects_from)
     let_in = files.admitted(flights, read.vehicle, usable(read, start, stop), reading)
     used = let_in.flights
-    made = add(read, effects, used, effects_from=effects_from, start=start, stop=stop)
+    with waiting(f"fitting to {len(used)} flights"):
+        made = add(read, effects, used, effects_from=effects_from, start=start, stop=stop)
     save_added(made, output, parent=model, flights=used)
     if json_file is not None:
         files.write_json(made.as_dict(), json_file)
@@ -193,8 +194,3 @@ def history_command(model: Path, json_file: Path | None, quiet: bool) -> None:
         files.write_json(as_dict(chain), json_file)
     click.echo(as_text(chain), nl=False)
     say(quiet, f"next: infotraj diagnose {model} FLIGHT...")
-
-
-def _progress(quiet: bool, line: str) -> None:
-    if not quiet and sys.stderr.isatty():
-        click.echo(line, err=True)
