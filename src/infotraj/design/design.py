@@ -20,6 +20,7 @@ from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.judge.groups import AS_PROBABLE
 from infotraj.diagnosis.linear.candidates import Candidate, places, raw
 from infotraj.diagnosis.linear.observation import Observation
+from infotraj.effects.base import Parameter
 from infotraj.errors import InputError, problem
 from infotraj.flight import POSITION, Flight
 from infotraj.models import Model
@@ -227,13 +228,19 @@ def _numbers(question: Question, gram: Gram, again: Gram, determine: str | None)
         linear = question.first.fit.linear
         candidate = next(c for c in linear.columns if c.candidate.label == label).candidate
         vehicle = linear.observation.vehicle
-        of = [p for p in candidate.form for _ in range(p.count(vehicle))]
-        names = tuple(f"{label}.{of[k].name}" + (f", {of[k].unit}" if of[k].unit != "-" else "") for k in at)
+        of = [_named(label, p, i) for p in candidate.form for i in range(p.count(vehicle))]
+        names = tuple(of[k] for k in at)
         found = next(m.effect for m in question.first.members if m.candidate.label == label)
         size = np.abs(raw(found, places(candidate, vehicle)) - _absent(candidate, vehicle))[at]
         shares = tuple(np.divide(now, size, out=np.full(len(now), np.inf), where=size > 0))
         out.append(Told(label, None, None, None, names, tuple(now), tuple(repeated), tuple(after), shares))
     return out
+
+
+def _named(label: str, parameter: Parameter, component: int) -> str:
+    """A number of an effect for people: with its axis or tilt, and with its unit, where it has one."""
+    which = "" if parameter.size == 1 else f" {'xyz'[component] if parameter.size == 3 else component}"
+    return f"{label}.{parameter.name}{which}" + (f", {parameter.unit}" if parameter.unit != "-" else "")
 
 
 def _absent(candidate: Candidate, vehicle: Vehicle) -> Array:
