@@ -1,6 +1,5 @@
 """The model that is given: no axis of flights that were not fitted is predicted worse for what is named."""
 
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -27,7 +26,7 @@ FLIGHTS = 4
 def _linear(monkeypatch):
     """These fits have no flights: their sums say what is left."""
 
-    def left(made, each, corrected=False):
+    def left(made, each):
         sums = made.linear.absent
         return sums.plain_error(np.zeros((FLIGHTS, sums.width)) if each is None else each)
 
@@ -89,23 +88,3 @@ def test_a_number_on_which_flights_do_not_agree_stays_absent_and_is_said():
 def test_an_effect_without_a_number_left_is_lost():
     made = _pruned(drag_on([[1.0, -0.9, 1.1, -1.0]] * 3))
     assert "predicted worse" in made.lost["linear_drag"]
-
-
-@pytest.mark.parametrize(("worst", "scale", "held_back"), [(1.04, 3.0, True), (1.2, 3.0, False), (1.04, 9.0, True)])
-def test_an_effect_that_a_wrong_file_hides_stays_sure_where_the_corrected_file_predicts_no_axis_worse(
-    monkeypatch, worst, scale, held_back
-):
-    """On flights that do not agree beside the file as it is; beside its corrected numbers the worst axis is given."""
-    whole = replace(drag_on([[1.0, -0.9, 1.1, -1.0]] * 3), scales=Scales(scale))
-    shares = giving._shares
-
-    def beside(made, each=None, corrected=False):
-        return np.array([worst, 0.5, 0.5]) if corrected else shares(made, each)
-
-    monkeypatch.setattr(giving, "_shares", beside)
-    search = SimpleNamespace(observation=whole.linear.observation, held=(), fitted=lambda *_: whole)
-    made = giving.given(search, whole, ["linear_drag"])
-    assert ("linear_drag" in made.lost) is not held_back
-    assert made.absent == (frozenset({"linear_drag"}) if held_back else frozenset())
-    if held_back:
-        assert "correct the file's numbers first" in made.held_back["linear_drag"]

@@ -12,8 +12,11 @@ import yaml
 from exact_simulation import fly
 
 from infotraj.diagnosis.diagnosis import diagnose
+from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.judge.numbers import THRUST_OVER_MASS
 from infotraj.diagnosis.linear.candidates import Candidate, places, raw, read, slopes, written
+from infotraj.diagnosis.report.summary import as_dict, as_text
+from infotraj.diagnosis.select.prior import Scales
 from infotraj.effects import catalogue
 from infotraj.experiment.hidden.file_profiles import wrong_file
 from infotraj.flight import Flight
@@ -50,10 +53,60 @@ def moved(by, thrust=(1.0, 1.0, 1.0, 1.0), mass=1.0):
     return wrong
 
 
+def rough_file(vehicle):
+    """A file that is wrong by 3 %, and its mass by 3 % more."""
+    file = wrong_file(vehicle, "3%", np.random.default_rng(3))
+    return file.model_copy(update={"mass": file.mass * 0.97})
+
+
+def thrust_over_mass(vehicle):
+    """Of all rotors together."""
+    return sum(r.thrust_coefficient for r in vehicle.rotors) / vehicle.mass
+
+
+RATIO = thrust_over_mass(load_vehicle(FILE)) / thrust_over_mass(rough_file(load_vehicle(FILE)))
+
+
 def test_rotors_that_are_elsewhere_than_the_file_says_make_no_name_beside_their_drag():
     found = diagnosed({"rotor_drag": {"k": 4e-5}}, moved((0.004, -0.004, 0.008), (1.05, 0.97, 1.02, 0.94)))
     assert found.supported == ("rotor_drag",)
     assert found.finding("rotor_drag").parameters["k"] == pytest.approx(4e-5, rel=0.1)
+
+
+def error_elsewhere(model, hidden):
+    """The equation error of a model on a flight that it was not fitted to (6,)."""
+    true = yaml.safe_load(FILE.read_text())
+    table = fly(true, hidden, seconds=10.0, seed=70, noise=NOISE).drop(columns=[f"rotor_{i}" for i in range(4)])
+    return refusal.errors(model, [Flight(table, {})], None, None).rmse
+
+
+@pytest.mark.parametrize("off", [False, True])
+def test_thrust_over_mass_is_corrected_in_the_model_beside_what_is_named(off):
+    """With an exact file nothing is corrected; with one that is off its ratio and the drag are told, and only the drag
+    is named."""
+    hidden = {"linear_drag": {"d": [0.25, 0.2, 0.3]}}
+    found = diagnosed(hidden, rough_file if off else lambda vehicle: vehicle)
+    assert found.supported == ("linear_drag",)
+    assert found.beside == (("thrust_scale",) if off else ())
+    numbers = {e.name: e.values for e in found.model.effects}
+    assert numbers["linear_drag"]["d"][:2] == pytest.approx([0.25, 0.2], rel=0.1)
+    given, diagnosed_ = (error_elsewhere(m, hidden) for m in (Model(found.model.vehicle), found.model))
+    assert diagnosed_[2] < 0.5 * given[2]
+    if off:
+        assert numbers["thrust_scale"]["factor"] == pytest.approx(RATIO, abs=0.01)
+        assert as_dict(found)["corrected"][0]["name"] == "thrust_scale"
+        assert "in the model beside what is named: thrust_scale factor=" in as_text(found)
+
+
+def test_what_the_file_was_off_by_is_left_behind_where_it_is_taken_as_it_is():
+    found = diagnosed({"linear_drag": {"d": [0.25, 0.2, 0.3]}}, rough_file)
+    linear = found.whole.linear
+    assert len(linear.point) > 5
+    made = found.search.fitted(["linear_drag"], found.whole, Scales(0.0), 4)
+    assert [m.candidate.name for m in made.linear.point] == ["linear_drag"]
+    (member,) = made.members
+    # Torques, on which the file is off, do not decide about it.
+    assert member.effect.d[:2] == pytest.approx([0.25, 0.2], rel=0.1)
 
 
 def test_a_load_is_found_beside_a_wrong_file():
@@ -65,19 +118,10 @@ def test_a_load_is_found_beside_a_wrong_file():
 
 
 def test_the_thrust_over_the_mass_is_told_where_neither_is_told_alone():
-    def wrong(vehicle):
-        file = wrong_file(vehicle, "3%", np.random.default_rng(3))
-        return file.model_copy(update={"mass": file.mass * 0.97})
-
-    true = load_vehicle(FILE)
-    file = wrong(true)
-    thrust = np.mean(
-        [t.thrust_coefficient / f.thrust_coefficient for t, f in zip(true.rotors, file.rotors, strict=True)]
-    )
-    found = diagnosed({}, wrong)
+    found = diagnosed({}, rough_file)
     assert found.supported == ()
     (ratio,) = [n for n in found.file if n.name == THRUST_OVER_MASS]
-    assert ratio.value == pytest.approx(thrust * file.mass / true.mass, abs=0.005)
+    assert ratio.value == pytest.approx(RATIO, abs=0.005)
     assert ratio.standard_error < 0.005
     assert not any(n.name == "mass" for n in found.file)
 

@@ -54,7 +54,8 @@ class Diagnosis:
     supported: names, one for each Supported effect and each Not separable group; model: with them added; errors_of: the
     standard errors of its effects, in the model's order; file: what the vehicle file should say; at_bound: labels of
     effects whose numbers stopped at a physical bound, and how; coherence (6,): share of what was measured that goes
-    with the model as given; whole: the fit of all that the search took; final: that of the model that is given; start,
+    with the model as given; whole: the fit of all that the search took; final: that of the model that is given; beside:
+    names of its effects that are no finding and correct the file, for the named ones to hold; start,
     stop: s, the part of every flight that was used; healthy: what they were held against in place of the model.
     """
 
@@ -73,6 +74,7 @@ class Diagnosis:
     search: Search
     whole: Fit
     final: Fit
+    beside: tuple[str, ...] = ()
     start: float | None = None
     stop: float | None = None
     healthy: Healthy | None = None
@@ -181,8 +183,8 @@ def diagnose(
             break
         findings = demoted
     final, findings = made.fit, _with_held_back(findings, made)
-    there = [m for m in final.members if m.candidate.label not in made.absent]
-    chosen = [m for m in there if not m.held and m.candidate.name in supported]
+    into = {*supported, *(label.split()[0] for label in made.beside)}
+    chosen = [m for m in final.members if not m.held and m.candidate.name in into]
     added = [*(m for m in final.members if m.held), *chosen] if chosen else list(held)
     after_model = observation.model(added) if chosen else model
     as_given = refusal.compared(model, seen, start, stop)
@@ -208,6 +210,7 @@ def diagnose(
         search,
         whole,
         final,
+        tuple(label.split()[0] for label in made.beside),
         start,
         stop,
         healthy,

@@ -17,7 +17,7 @@ from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.report import summary
 from infotraj.diagnosis.report.asking import Asked
 from infotraj.diagnosis.report.following import as_read, flight_command, next_command, sources
-from infotraj.diagnosis.report.steps import said
+from infotraj.diagnosis.report.steps import called, said
 from infotraj.effects import catalogue
 from infotraj.flight import sha256
 from infotraj.locating.healthy import beside
@@ -103,7 +103,7 @@ def _about(effects_from: Sequence[Path]) -> dict[str, Any]:
 
 
 def _fall(fall: Combinations, found: Diagnosis) -> dict[str, Any]:
-    labels = [" and ".join(x.replace("_", " ") for x in group) for group in fall.groups]
+    labels = [" and ".join(called(found, x) for x in group) for group in fall.groups]
     # The steps of the waterfall are the combinations in which boxes are ticked from the first on.
     return {
         "boxes": [{"label": label, "effects": list(group)} for label, group in zip(labels, fall.groups, strict=True)],

@@ -1,11 +1,11 @@
 """The model that is given: what is named is added, and flights that were not fitted are predicted better for it.
 
 Numbers are fitted beside the file as it is, as far as they can take along what the file is off by; where an axis would
-be predicted worse for that they stay as found beside the file's own errors. A number with which an axis is still
-predicted worse stays absent where it spoils more than it mends: what a wrong file has cancelled by chance on one axis
-is no reason against a number that takes most of the error off another. An effect that stays absent as a whole is no
-less sure where no axis is predicted worse with it beside the file as these flights correct it: then the file has to be
-corrected first.
+be predicted worse for that they stay as found beside the file's own errors. Where these flights show thrust over mass
+to be off, `thrust_scale` corrects it in the model if that predicts better: nearly every force is told beside the
+thrust, and a fall of it with the voltage is none beside a file that is right at half of the charge. A number with which
+an axis is still predicted worse stays absent where it spoils more than it mends: what a wrong file has cancelled by
+chance on one axis is no reason against a number that takes most of the error off another.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from infotraj.diagnosis.gates import refusal
+from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS, thrust_over_mass
 from infotraj.diagnosis.linear.candidates import places
 from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.noise.spectra import binned, spectra
@@ -25,49 +26,61 @@ from infotraj.diagnosis.select.score import Solution
 from infotraj.diagnosis.select.search import Fit, Search
 from infotraj.rotations import Array
 
-_WORSE = 1.05  # times the error of an axis on flights that were not fitted
+_WORSE = 1.05  # times the error of an axis on flights that were not fitted, less than which is no difference
+THRUST = "thrust_scale"  # by it the model says what the file's thrust over mass should be
+_ROUNDS = 4  # it changes what the other numbers mean: a fit beside it is further away than one without
 _LEAST = 1e-4  # of an axis' squared error: what changes less does not act on it
 
 
 @dataclass(frozen=True)
 class Given:
     """The fit of the model that is given. lost: labels of effects of which no number is left, and why; held_back: the
-    same for effects of which numbers stay absent though they are sure; absent: of these, those without any number."""
+    same for effects of which numbers stay absent though they are sure; beside: labels that no name is given for, which
+    correct the file."""
 
     fit: Fit
     lost: dict[str, str] = field(default_factory=dict)
     held_back: dict[str, str] = field(default_factory=dict)
-    absent: frozenset[str] = frozenset()
+    beside: tuple[str, ...] = ()
 
 
 def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
     """The model with the effects `labels`, from the fit of all that the search took."""
     if not labels:
         return Given(whole)
+    observation, vehicle = search.observation, search.observation.vehicle
     inside = set(labels) <= set(whole.labels)
-    if inside and search.observation.healthy is not None:
-        made = _as_found(search, whole, labels)
+    beside: tuple[str, ...] = ()
+    if observation.healthy is not None:
+        made = _as_found(search, whole, labels) if inside else search.fitted(labels, whole, Scales(0.0))
     else:
         made = search.fitted(labels, whole, Scales(0.0))
-    if inside and search.observation.healthy is None:
-        found = _as_found(search, whole, labels)
-        vehicle = search.observation.vehicle
-        ended = bool(beyond_bounds(made.members, vehicle)) and not beyond_bounds(found.members, vehicle)
-        if ended or _net(_shares(found)) < _net(_shares(made)):
-            made = found
+        if inside:
+            found = _as_found(search, whole, labels)
+            ended = bool(beyond_bounds(made.members, vehicle)) and not beyond_bounds(found.members, vehicle)
+            if ended or _net(_shares(found)) < _net(_shares(made)):
+                made = found
+        if _off(search, whole, labels):
+            right = search.fitted([*labels, THRUST], whole, Scales(0.0), _ROUNDS)
+            ended = bool(beyond_bounds(right.members, vehicle)) and not beyond_bounds(made.members, vehicle)
+            if not ended and _net(_shares(right)) < _net(_shares(made)) - np.log(_WORSE):
+                made, beside = right, (THRUST,)
     pruned = _pruned(made)
-    left = {m.candidate.label for m in pruned.fit.members if _as_before(m, search.observation)}
-    nothing = "the model that predicts best beside the file as it is has nothing of it"
+    left = {m.candidate.label for m in pruned.fit.members if _as_before(m, observation)}
+    nothing = "the model that predicts best has nothing of it"
     lost = {label: nothing for label in labels if label in left} | pruned.lost
-    if (
-        not lost
-        or not inside
-        or search.observation.healthy is not None
-        or _shares(whole, corrected=True).max() > _WORSE
-    ):
-        return replace(pruned, lost=lost)
-    first = {k: f"{why}: correct the file's numbers first, beside them no axis is worse" for k, why in lost.items()}
-    return replace(pruned, lost={}, held_back=pruned.held_back | first, absent=frozenset(lost))
+    beside = tuple(x for x in beside if x not in lost and x not in left)
+    return replace(pruned, lost={k: v for k, v in lost.items() if k in labels}, beside=beside)
+
+
+def _off(search: Search, whole: Fit, labels: Sequence[str]) -> bool:
+    """Whether these flights show thrust over mass to be off, and nothing that is named or in the model says it."""
+    held = {m.candidate.name for m in search.held}
+    if held & OF_THRUST_OVER_MASS or {x.split()[0] for x in labels} & OF_THRUST_OVER_MASS:
+        return False
+    if not any(c.label == THRUST for c in search.known):
+        return False
+    return bool({x.split()[0] for x in whole.labels} & OF_THRUST_OVER_MASS or thrust_over_mass(whole))
 
 
 def _as_before(m: Member, observation: Observation) -> bool:
@@ -105,17 +118,14 @@ def _at(made: Fit, theta: Array, each: Array) -> Fit:
     return replace(made, linear=replace(linear, point=point), solution=solution)
 
 
-def _shares(made: Fit, each: Array | None = None, corrected: bool = False) -> Array:
-    """Root mean square error (axes,) on flights not fitted, as a share of that of the model as given; 0 of nothing.
-
-    corrected: with the file's numbers as they were found, too.
-    """
+def _shares(made: Fit, each: Array | None = None) -> Array:
+    """Root mean square error (axes,) on flights not fitted, as a share of that of the model as given; 0 of nothing."""
     before = _left(made, None)
-    after = _left(made, made.solution.each if each is None else each, corrected)
+    after = _left(made, made.solution.each if each is None else each)
     return np.where(before > 0, np.sqrt(after / np.maximum(before, 1e-300)), 0.0)
 
 
-def _left(made: Fit, each: Array | None, corrected: bool = False) -> Array:
+def _left(made: Fit, each: Array | None) -> Array:
     """Mean square (axes,) of the slow coefficients of every fold under the numbers that were fitted without it.
 
     each (folds, p); None: the model as given. The model is computed as it is, not made linear: a product of what the
@@ -128,8 +138,7 @@ def _left(made: Fit, each: Array | None, corrected: bool = False) -> Array:
     for k, fold in enumerate(folds):
         members = [m for m in linear.point if m.held] if made.held is None else list(made.held)
         if each is not None:
-            shift = 0.0 if corrected else np.inf
-            members = list(linear.members(made.chosen, each[k], shift=shift, straight=corrected))
+            members = list(linear.members(made.chosen, each[k], shift=np.inf))
         model = o.model(members)
         for number, (samples, turns) in enumerate(zip(o.samples, o.transforms, strict=True)):
             if fold is not None and fold not in o.blocks.fold[o.blocks.flight == number]:

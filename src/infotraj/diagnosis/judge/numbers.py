@@ -14,6 +14,7 @@ from infotraj.diagnosis.select.search import Fit
 from infotraj.rotations import Array
 
 ORDINARY = 3.0  # standard deviations of this file's own errors: further off, a number is a finding
+OF_THRUST_OVER_MASS = frozenset({"mass_offset", "thrust_scale"})  # names that say it
 THRUST_OVER_MASS = "thrust of all rotors over mass, factor"
 _SEEN = 3.0  # standard errors by which a file number must be off to be told
 
@@ -74,7 +75,7 @@ def file_numbers(made: Fit) -> tuple[FileNumber, ...]:
     covariance = overdispersion(made)[1]
     deviation = np.sqrt(np.diag(covariance))
     labels = set(made.labels)
-    out = _thrust_over_mass(made, spike, covariance)
+    out = thrust_over_mass(made)
     for i, c in enumerate(linear.columns):
         if spike[i] <= 0 or c.candidate.label in labels or deviation[i] <= 0:
             continue
@@ -91,7 +92,7 @@ def file_numbers(made: Fit) -> tuple[FileNumber, ...]:
     return tuple(out)
 
 
-def _thrust_over_mass(made: Fit, spike: Array, covariance: Array) -> list[FileNumber]:
+def thrust_over_mass(made: Fit) -> list[FileNumber]:
     """By which factor the thrust of all rotors over the mass is off, where flights show it; none where a name says it.
 
     Accelerations tell the ratio, and hardly ever which of the two is off: each alone may be within its error.
@@ -99,8 +100,9 @@ def _thrust_over_mass(made: Fit, spike: Array, covariance: Array) -> list[FileNu
     linear = made.linear
     vehicle = linear.observation.vehicle
     labels = set(made.labels)
-    if {x.split()[0] for x in labels} & {"mass_offset", "thrust_scale"} or not vehicle.mass:
+    if {x.split()[0] for x in labels} & OF_THRUST_OVER_MASS or not vehicle.mass:
         return []
+    spike, covariance = linear.spike(made.scales), overdispersion(made)[1]
     weight = np.zeros(len(linear.columns))
     for i, c in enumerate(linear.columns):
         name = c.candidate.name

@@ -29,10 +29,8 @@ def save_diagnosed(
     found: Diagnosis, path: Path, *, parent: Path, content: ModelFile, flights: Sequence[Flight]
 ) -> None:
     """The model with the supported effects; the model as it was where there are none."""
-    inside = {e.name for e in found.model.effects}
-    absent = " (not in this model: the file has to be corrected first)"
-    named = [n if n in inside else n + absent for n in found.supported]
-    note = f"diagnose: {', '.join(named)}" if named else "diagnose: no effect supported"
+    note = f"diagnose: {', '.join(found.supported)}" if found.supported else "diagnose: no effect supported"
+    note += f"; the file corrected by {', '.join(found.beside)}" if found.beside else ""
     note += _read(found.command_steps)
     errors = found.errors_of or [e.standard_errors for e in content.effects]
     said = (found.accepted, found.at_bound)

@@ -72,7 +72,7 @@ def steps(found: Diagnosis, seed: int = 0) -> Steps:
     made = [held_out(found, labels[:k]) for k in range(len(labels) + 1)]
     low, high = zip(*(m.interval(rng) for m in made), strict=True)
     return Steps(
-        said(labels),
+        said([called(found, x) for x in labels]),
         np.array([m.rmse for m in made]),
         np.array(low),
         np.array(high),
@@ -82,15 +82,22 @@ def steps(found: Diagnosis, seed: int = 0) -> Steps:
 
 
 def supported_labels(found: Diagnosis) -> list[str]:
-    """Labels of the effects of the model that is given that are named with confidence, what matters most first."""
+    """Labels of the effects of the model that is given that are named with confidence, what matters most first, then
+    of those that correct the file beside them."""
     rise = {f.name: f.evidence.rise for f in found.findings if f.evidence is not None}
     labels = [x for x in found.final.labels if found.finding(x.split()[0]).verdict in CONFIDENT]
-    return sorted(labels, key=lambda x: -rise.get(x.split()[0], 0.0))
+    beside = [x for x in found.final.labels if x.split()[0] in found.beside]
+    return [*sorted(labels, key=lambda x: -rise.get(x.split()[0], 0.0)), *beside]
+
+
+def called(found: Diagnosis, label: str) -> str:
+    """An effect for a picture, and whether it corrects the file."""
+    return label.replace("_", " ") + (" (the file)" if label.split()[0] in found.beside else "")
 
 
 def said(labels: Sequence[str]) -> tuple[str, ...]:
     """What the steps are called: the model as given, then each effect."""
-    return ("as given", *(f"+ {label.replace('_', ' ')}" for label in labels))
+    return ("as given", *(f"+ {label}" for label in labels))
 
 
 def held_out(found: Diagnosis, labels: Sequence[str]) -> HeldOut:

@@ -10,6 +10,7 @@ from infotraj.checking.acceptance import accepted_in, accepted_lines
 from infotraj.comparing.equation_error import AXES
 from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.judge.verdicts import Finding
+from infotraj.effects import Effect
 from infotraj.rotations import Array
 
 _SPARSE = 0.01  # s between commands: with more, a delay of half of it cannot be told
@@ -26,6 +27,7 @@ def as_dict(found: Diagnosis) -> dict[str, Any]:
             "summary": sentence(found),
         },
         "effects": [_effect(f, found.healthy_numbers(f)) for f in found.findings],
+        "corrected": [{"name": e.name, "parameters": v, "standard_errors": s} for e, v, s in _corrected(found)],
         "reference": _reference(found),
         "error": {
             "before": _axes(found.before.rmse),
@@ -77,6 +79,12 @@ def as_dict(found: Diagnosis) -> dict[str, Any]:
             for s in found.samples
         ],
     }
+
+
+def _corrected(found: Diagnosis) -> list[tuple[Effect, dict[str, Any], dict[str, Any]]]:
+    """Effects of the model that correct the file beside the named ones: each with its numbers and standard errors."""
+    made = zip(found.model.effects, found.errors_of, strict=False)
+    return [(e, {k: e.values[k] for k in errors}, errors) for e, errors in made if e.name in found.beside]
 
 
 def _reference(found: Diagnosis) -> dict[str, Any] | None:
@@ -153,6 +161,9 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
         for n in found.file:
             number = f"{_short(n.value)} +- {_short(n.standard_error)}, not {_short(n.declared)}"
             lines.append(f"  {n.name}: {number}" + ("" if n.ordinary else "; out of line with the rest of the file"))
+    for effect, has, deviations in _corrected(found):
+        numbers = " ".join(f"{k}={_plus_minus(v, deviations.get(k))}" for k, v in has.items())
+        lines.append(f"in the model beside what is named: {effect.name} {numbers}, which corrects the file")
     explained = {s.axis for s in found.unexplained.axes}
     for axis, error in stays(found).items():
         if axis not in explained and "v" + axis[1] not in explained:

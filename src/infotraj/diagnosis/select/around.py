@@ -126,6 +126,14 @@ class Linear:
         sums = gathered(self.found, weighed, observation.blocks)
         return replace(self, observation=observation, weights=weighed, sums=sums)
 
+    def weighed_beside(self, columns: Sequence[int]) -> Linear:
+        """The same where all that these columns leave is noise: an axis on which a file fails that is taken as it is,
+        says little of them."""
+        beside = [0, *(1 + c for c in columns)]
+        parts = [replace(s, values=s.values[:, beside]) for s in self.found]
+        weighed = weights(parts, self.observation.ignored, None, self.observation.balance)
+        return replace(self, weights=weighed, sums=gathered(self.found, weighed, self.observation.blocks))
+
     def labelled(self, labels: Sequence[str]) -> tuple[int, ...]:
         """The choices with these labels, the first of each."""
         first: dict[str, int] = {}

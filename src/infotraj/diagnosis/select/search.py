@@ -19,7 +19,7 @@ from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.noise.spectra import binned, spectra
 from infotraj.diagnosis.select.around import Linear, linearised
 from infotraj.diagnosis.select.bounds import beyond_bounds
-from infotraj.diagnosis.select.prior import SCALES, SLAB, Scales
+from infotraj.diagnosis.select.prior import SCALES, SLAB, Scales, is_file_number
 from infotraj.diagnosis.select.score import Scorer, Solution
 from infotraj.rotations import Array
 
@@ -178,14 +178,35 @@ class Search:
 
     def _settled(self, made: Fit, labels: Sequence[str], rounds: int, frozen: bool) -> Fit:
         """A fit made linear around its own numbers until they settle. frozen: under the weights that it has."""
+        if made.scales.common == 0.0 and self.observation.healthy is None:
+            now = self._without_others(made, frozen)
+            columns = sorted({*now.kept, *(c for i in now.labelled(labels) for c in now.choices[i].columns)})
+            made = self._at(made, labels, now.weighed_beside(columns))
         for _ in range(rounds):
-            now = self._stepped(made.linear, made.chosen, made.solution, frozen)
-            chosen = now.labelled(labels)
-            solution = now.scorer(made.scales, made.held).solution(chosen)
-            made = replace(made, linear=now, chosen=chosen, solution=solution)
-            if _gain_left(now, made.solution) < _SETTLED:
+            made = self._at(made, labels, self._stepped(made.linear, made.chosen, made.solution, frozen))
+            if abs(_gain_left(made.linear, made.solution)) < _SETTLED:
                 break
         return made
+
+    def _at(self, made: Fit, labels: Sequence[str], now: Linear) -> Fit:
+        """A set fitted in another linearisation."""
+        chosen = now.labelled(labels)
+        return replace(made, linear=now, chosen=chosen, solution=now.scorer(made.scales, made.held).solution(chosen))
+
+    def _without_others(self, made: Fit, frozen: bool) -> Linear:
+        """The model around the numbers that a set's effects have already, and of new ones as found, and no others.
+
+        How far a step from what the file and other effects are off by may go says nothing of a set that leaves them.
+        """
+        now, inside = made.linear, {m.candidate.label for m in made.linear.point}
+        numbers = [
+            x if c.candidate.label in inside else y
+            for c, x, y in zip(now.columns, now.now, made.solution.theta, strict=True)
+        ]
+        file = np.array([is_file_number(c.candidate) for c in now.columns])
+        taken = np.isin(np.arange(len(file)), [c for i in made.chosen for c in now.choices[i].columns])
+        point = now.members(made.chosen, np.where(file & ~taken, 0.0, numbers), shift=np.inf)
+        return linearised(self.observation, point, self.known, like=now, frozen=frozen)
 
     def _stepped(self, now: Linear, chosen: tuple[int, ...], solution: Solution, frozen: bool = False) -> Linear:
         """The model around the numbers of a solution, or part of the way there where the error does not fall."""
