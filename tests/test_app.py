@@ -197,9 +197,23 @@ def test_two_windows_run_at_once_and_one_is_cancelled(server):
     state = server.finished(first)
     assert state["job"]["state"] == "cancelled"
     assert state["answer"] is None
-    assert state["files"] == {}
     written = {p.name for p in server.folder.iterdir() if not p.name.startswith(".")}
     assert written == {"vehicle.yaml", *(f"flight_{k}.parquet" for k in range(3))}
+
+
+def test_what_was_found_in_a_file_is_known_in_every_window_until_it_changes(server):
+    log = server.folder / "broken.parquet"
+    log.write_bytes((QUAD / "flight_0.parquet").read_bytes()[:5000])
+    first = server.window()
+    assert server.act(first, "check", name=log.name)[0] == 200
+    assert server.finished(first)["files"][log.name]["outcome"] == "rejected"
+    second = server.window()
+    state = server.state(second)
+    assert state["files"][log.name]["outcome"] == "rejected"
+    assert state["job"] is None
+    shutil.copy(QUAD / "flight_0.parquet", log)
+    assert server.state(second)["files"] == {}
+    assert server.state(first)["files"] == {}
 
 
 def test_a_log_is_imported_and_a_damaged_one_told(server):

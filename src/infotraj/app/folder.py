@@ -6,8 +6,10 @@ import os
 import re
 import shutil
 import tempfile
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from infotraj.errors import InputError, UsageError, problem
 
@@ -20,12 +22,13 @@ _WORK = ".infotraj_app-"
 _LONGEST = 100
 
 
-@dataclass(frozen=True)
+@dataclass
 class Folder:
-    """DIR, and a folder inside it that lives as long as the server: `work`."""
+    """DIR, and a folder inside it that lives as long as the server: `work`. seen: what was found in files, by name."""
 
     top: Path
     work: Path
+    seen: dict[str, tuple[object, Mapping[str, Any]]] = field(default_factory=dict)
 
     def listed(self) -> list[dict[str, object]]:
         """What can be chosen: its path in DIR, `flight`, `log` or `model`, and its size; by name."""
@@ -50,6 +53,23 @@ class Folder:
         raise UsageError(
             problem(f"no file {str(name)[:_LONGEST]!r}", f"a {' or '.join(kinds)} of the folder", "Look again.")
         )
+
+    def stamp(self, path: Path) -> object:
+        """Of a file of DIR: another one when it has changed, None where there is none."""
+        try:
+            found = (self.top / path).stat()
+        except OSError:
+            return None
+        return found.st_size, found.st_mtime_ns
+
+    def remember(self, path: Path, stamp: object, answer: Mapping[str, Any]) -> None:
+        """What was found in a file when it had this stamp: for every window, until the file changes."""
+        self.seen[str(path)] = (stamp, answer)
+
+    def remembered(self) -> dict[str, Mapping[str, Any]]:
+        """What was found in the files as they are now, by name."""
+        self.seen = {name: held for name, held in self.seen.items() if held[0] == self.stamp(Path(name)) is not None}
+        return {name: answer for name, (_, answer) in self.seen.items()}
 
     def free(self, name: str) -> Path:
         """A path in DIR for this safe name that does not exist yet."""

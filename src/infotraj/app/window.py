@@ -1,4 +1,4 @@
-"""What one browser window has asked and been told. Two windows share the folder, and nothing else."""
+"""What one browser window has asked and been told. Two windows share the folder and what was found in its files."""
 
 from __future__ import annotations
 
@@ -17,14 +17,13 @@ _MOST_FLIGHTS = 100
 
 
 class Window:
-    """State of one window: the job that runs, what is known of files, and the last answer."""
+    """State of one window: the job that runs, and the last answer."""
 
     def __init__(self, key: str, folder: Folder) -> None:
         self.key, self.folder = key, folder
         self.work = folder.work / key
         self.work.mkdir()
         self.job: Job | None = None
-        self.files: dict[str, dict[str, Any]] = {}
         self.asked: dict[str, Any] | None = None
         self.answer: dict[str, Any] | None = None
         self.viewer: Viewer | None = None
@@ -47,7 +46,7 @@ class Window:
         return {
             "folder": str(self.folder.top),
             "listed": self.folder.listed(),
-            "files": self.files,
+            "files": self.folder.remembered(),
             "job": self.job.shown() if self.job is not None else None,
             "answer": self.answer,
             "note": self.note,
@@ -57,12 +56,16 @@ class Window:
     def receive(self, name: object) -> None:
         """Looks at one file of the folder: a log is imported, everything is checked."""
         path = self.folder.chosen(name, "flight", "log", "model")
+        stamp = self.folder.stamp(path)
 
         def done(job: Job) -> None:
+            if job.state == "cancelled":
+                return
             said = _answer_of(job)
-            self.files[str(path)] = said
-            if said.get("name") not in (None, str(path)):
-                self.files[said["name"]] = said
+            self.folder.remember(path, stamp, said)
+            if said["name"] not in (None, str(path)):
+                made = Path(said["name"])
+                self.folder.remember(made, self.folder.stamp(made), said)
 
         self._start(Job("check", ["-m", "infotraj.app.receiving", _word(path)], self.folder.top, done))
 
@@ -172,5 +175,4 @@ def _answer_of(job: Job) -> Mapping[str, Any] | dict[str, Any]:
         return {key: answer[key] for key in ("name", "outcome", "report")}
     except (IndexError, ValueError, KeyError, TypeError):
         last = job.said[-1] if job.said else "it ended without a word"
-        what = "cancelled" if job.state == "cancelled" else f"cannot be read: {last}"
-        return {"name": None, "outcome": "rejected", "report": what}
+        return {"name": None, "outcome": "rejected", "report": f"cannot be read: {last}"}
