@@ -197,22 +197,9 @@ def _fixed(
     quiet: bool,
 ) -> Any:
     """The settings that mend the log, said line by line."""
-    from infotraj.checking.load import load
-    from infotraj.checking.standing import standing
-    from infotraj.checking.whole import examine
-    from infotraj.importing.fixing import fix
-    from infotraj.importing.recognise import recognise
-    from infotraj.importing.settings import with_settings
+    from infotraj.checking.mending import mend
 
-    used = chosen if chosen is not None else recognise(log, definitions).mapping
-    used = used.model_copy(update={"definitions": (*map(str, definitions), *used.definitions)})
-    with_settings(used, settings)  # a wrong --set is an error of the call, not of the log
-
-    def judge(now: Any) -> Any:
-        loaded = load(log, used, start, stop, now)
-        return standing(examine(loaded).findings, loaded.plan)
-
-    mended = fix(judge, used, settings)
+    mended = mend(log, chosen, settings, start, stop, definitions)
     if quiet:
         return mended.settings
     for setting, code, what in mended.changed:
