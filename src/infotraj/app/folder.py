@@ -6,7 +6,7 @@ import os
 import re
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,8 @@ _DEPTH = 2  # folders below DIR that are looked into
 _MOST = 500  # files that are listed
 _WORK = ".infotraj_app-"
 _LONGEST = 100
+_MAPPING = re.compile(r"^(?:streams|extends)\s*:", re.MULTILINE)  # what no vehicle and no model file says
+_PEEK = 65536
 
 
 @dataclass
@@ -31,19 +33,26 @@ class Folder:
     seen: dict[str, tuple[object, Mapping[str, Any]]] = field(default_factory=dict)
 
     def listed(self) -> list[dict[str, object]]:
-        """What can be chosen: its path in DIR, `flight`, `log` or `model`, and its size; by name."""
-        found: list[dict[str, object]] = []
-        for path in sorted(self.top.rglob("*")):
-            inside = path.relative_to(self.top)
-            if len(inside.parts) > _DEPTH + 1 or any(p.startswith(".") for p in inside.parts):
-                continue
-            kind = _kind(path)
-            if kind is None or not path.is_file() or not path.resolve().is_relative_to(self.top):
-                continue
-            found.append({"name": inside.as_posix(), "kind": kind, "size": path.stat().st_size})
-            if len(found) == _MOST:
-                break
-        return found
+        """What can be chosen: its path in DIR, `flight`, `log`, `model` or `mapping`, and its size; by name."""
+        rows = [{"name": p.relative_to(self.top).as_posix(), "kind": k, "size": _size(p)} for p, k in self._files()]
+        return sorted(rows, key=lambda row: str(row["name"]))
+
+    def _files(self) -> Iterator[tuple[Path, str]]:
+        """What is listed, _MOST of it at most."""
+        count, below = 0, [(self.top, 0)]
+        while below:
+            folder, depth = below.pop(0)
+            for path in _inside(folder):
+                if path.is_symlink() and not path.resolve().is_relative_to(self.top):
+                    continue
+                kind = _kind(path)
+                if kind is None and path.is_dir() and not path.is_symlink() and depth < _DEPTH:
+                    below.append((path, depth + 1))
+                if kind is not None:
+                    yield path, kind
+                    count += 1
+                if count == _MOST:
+                    return
 
     def chosen(self, name: object, *kinds: str) -> Path:
         """The file of that name, as it is listed. UsageError for any other: no name becomes a path by itself."""
@@ -56,11 +65,12 @@ class Folder:
 
     def stamp(self, path: Path) -> object:
         """Of a file of DIR: another one when it has changed, None where there is none."""
+        place = self.top / path
         try:
-            found = (self.top / path).stat()
+            found = [p.stat() for p in (_inside(place) if place.is_dir() else [place])]
         except OSError:
             return None
-        return found.st_size, found.st_mtime_ns
+        return [(f.st_size, f.st_mtime_ns) for f in found]
 
     def remember(self, path: Path, stamp: object, answer: Mapping[str, Any]) -> None:
         """What was found in a file when it had this stamp: for every window, until the file changes."""
@@ -123,8 +133,34 @@ def safe_name(name: str, suffixes: tuple[str, ...]) -> str:
     return (stem or "file")[:_LONGEST] + suffix
 
 
+def is_mapping(path: Path) -> bool:
+    """Whether a YAML file says what a mapping says: by its text, without reading it as YAML."""
+    try:
+        with open(path, errors="replace") as file:
+            return _MAPPING.search(file.read(_PEEK)) is not None
+    except OSError:
+        return False
+
+
 def _kind(path: Path) -> str | None:
+    if path.is_dir():
+        return None
     suffix = path.suffix.lower()
     if suffix in MODELS:
-        return None if path.name.endswith((".meta.yaml", ".mapping.yaml", "_metadata.yaml")) else "model"
-    return "flight" if suffix in FLIGHTS else "log" if suffix in LOGS else None
+        if path.name.endswith((".meta.yaml", "_metadata.yaml")):
+            return None
+        return "mapping" if is_mapping(path) else "model"
+    kind = "flight" if suffix in FLIGHTS else "log" if suffix in LOGS else None
+    return kind if path.is_file() else None
+
+
+def _inside(folder: Path) -> list[Path]:
+    """What lies in a folder, but for what is hidden; nothing where it cannot be read."""
+    try:
+        return sorted(p for p in folder.iterdir() if not p.name.startswith("."))
+    except OSError:
+        return []
+
+
+def _size(path: Path) -> int:
+    return sum(p.stat().st_size for p in (_inside(path) if path.is_dir() else [path]))

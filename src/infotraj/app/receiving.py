@@ -1,44 +1,94 @@
 """One file that was dropped or chosen, looked at in a process of its own: a broken one cannot hurt the server.
 
-`python -m infotraj.app.receiving FILE`, run in the app's folder: standard output ends with one line of JSON.
+`python -m infotraj.app.receiving FILE [--mapping NAME] [--fix]`, run in the app's folder: standard output ends with one
+line of JSON.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
-import sys
 from pathlib import Path
 from typing import Any
 
-from infotraj.errors import InfotrajError, InputError, problem
+import yaml
+
+from infotraj.app.folder import is_mapping
+from infotraj.errors import InfotrajError, InputError, UsageError, problem
+
+_DEEPEST = 8  # mappings that extend one another
 
 
-def received(path: Path) -> dict[str, Any]:
+def received(path: Path, mapping: str | None = None) -> dict[str, Any]:
     """What a file of the working directory holds and what `check` says of it; a log is imported beside itself.
 
-    name: the flight or model that can be used, None where there is none; outcome, report: for people.
+    mapping: a shipped one by its name, or a file of the working directory; None: the one that is recognised.
+    Gives name: the flight or model that can be used, None where there is none; outcome, report: for people; fix: what
+    the findings say to set, empty where no setting would mend them; mapping, as given; mappings: the shipped ones that
+    read this kind of log, where the log was not usable by the mapping that it was read with.
     """
     if path.suffix.lower() in (".yaml", ".yml"):
-        return _model(path)
+        return _mapping(path) if is_mapping(path) else _model(path)
     from infotraj.checking.logs import check_logs
     from infotraj.checking.report import as_text
 
-    is_table = _is_table(path)
-    (check,) = check_logs([path])
-    found = {"name": str(path), "outcome": check.outcome, "report": as_text(check, details=True)}
+    _require_inside(mapping)
+    is_table = mapping is None and _is_table(path)
+    try:
+        (check,) = check_logs([path], mapping)
+    except UsageError as error:  # of the mapping; another may do
+        return {**_refused(error), "mappings": _readers(path)}
+    found = {"name": str(path), "outcome": check.outcome, "report": as_text(check, details=True), "mapping": mapping}
+    found["fix"] = [s for f in check.findings if f.counts != "note" for s in f.settings]
     if check.outcome == "rejected":
-        return found | {"name": None}
+        return found | {"name": None, "mappings": [] if is_table else _readers(path)}
     if is_table:
         return found
-    target = _imported(path)
+    target = _imported(path, mapping)
     return found | {"name": str(target), "report": f"imported as {target}\n{found['report']}"}
+
+
+def mended(path: Path, mapping: str | None = None) -> dict[str, Any]:
+    """The same of a log once `import --fix` has mended it: written to a new table beside it, and that one checked.
+
+    name is None, and nothing is written, where no setting makes it usable.
+    """
+    from infotraj.checking.logs import check_logs
+    from infotraj.checking.mending import mend
+    from infotraj.checking.report import as_text
+    from infotraj.importing import load_mapping, read_streams, to_flight
+    from infotraj.importing.saving import save_extension
+
+    _require_inside(mapping)
+    chosen = load_mapping(mapping) if mapping is not None else None
+    fix = mend(path, chosen)
+    lines = [f"set {setting} ({code}: {what})" for setting, code, what in fix.changed]
+    if any(finding.severity == "reject" for finding in fix.left) or not lines:
+        lines += [f"left: {finding.code}: {finding.what}" for finding in fix.left]
+        return {"name": None, "outcome": "rejected", "report": "\n".join(["no setting makes it usable", *lines])}
+    flight = to_flight(read_streams(path, chosen, settings=fix.settings))
+    target, saved = _claimed(path, "-fixed", ".parquet", ".mapping.yaml")
+    try:
+        flight.write(target)
+        save_extension(mapping or flight.meta["mapping"], fix.settings, saved)
+        (check,) = check_logs([target])
+    except BaseException:
+        target.unlink()
+        saved.unlink()
+        raise
+    report = "\n".join([f"{path} with these settings, which {saved} holds:", *lines, as_text(check, details=True)])
+    if check.outcome == "rejected":
+        target.unlink()
+        saved.unlink()
+        return {"name": None, "outcome": "rejected", "report": f"still rejected, so it is not kept\n{report}"}
+    return {"name": str(target), "outcome": check.outcome, "report": report}
 
 
 def _is_table(path: Path) -> bool:
     """Whether a file is a flight table as it stands."""
     from infotraj.flight import read_flight
 
-    if path.suffix.lower() not in (".csv", ".parquet"):
+    if path.suffix.lower() not in (".csv", ".parquet") or not path.is_file():
         return False
     try:
         read_flight(path)
@@ -47,25 +97,84 @@ def _is_table(path: Path) -> bool:
     return True
 
 
-def _imported(log: Path) -> Path:
+def _imported(log: Path, mapping: str | None) -> Path:
     """The flight table that a log was turned into, under a name that was free."""
     from infotraj.importing import read_streams, to_flight
 
-    flight = to_flight(read_streams(log))
+    flight = to_flight(read_streams(log, mapping))
+    (target,) = _claimed(log, "", ".parquet")
+    try:
+        flight.write(target)
+    except BaseException:
+        target.unlink()
+        raise
+    return target
+
+
+def _claimed(log: Path, ending: str, *suffixes: str) -> list[Path]:
+    """New empty files beside a log, named after it, one a suffix: nothing is overwritten."""
+    stem = log.name if log.is_dir() else log.stem
     number = 0
     while True:
         number += 1
-        target = log.with_name(f"{log.stem}{f'-{number}' if number > 1 else ''}.parquet")
+        made: list[Path] = []
         try:
-            open(target, "x").close()  # the name is ours from here on
+            for suffix in suffixes:
+                path = log.with_name(f"{stem}{ending}{f'-{number}' if number > 1 else ''}{suffix}")
+                open(path, "x").close()  # the name is ours from here on
+                made.append(path)
         except FileExistsError:
+            for path in made:
+                path.unlink()
             continue
+        return made
+
+
+def _readers(path: Path) -> list[str]:
+    """The shipped mappings for this kind of log; none for what is no log."""
+    from infotraj.importing import shipped
+    from infotraj.importing.opening import kind_of
+
+    try:
+        kind = kind_of(path)
+    except InputError:
+        return []
+    return [name for name, mapping in shipped().items() if kind in mapping.reads]
+
+
+def _require_inside(mapping: str | None) -> None:
+    """UsageError for a mapping that would read files outside the working directory: its bases, its definitions."""
+    from infotraj.importing import shipped
+
+    top, name = Path.cwd().resolve(), mapping
+    for _ in range(_DEEPEST):
+        if name is None or name in shipped():
+            return
+        path = Path(name)
         try:
-            flight.write(target)
-        except BaseException:
-            target.unlink()
-            raise
-        return target
+            content = yaml.safe_load(path.read_text()) if path.resolve().is_relative_to(top) else None
+        except (OSError, yaml.YAMLError, ValueError, RecursionError):
+            return  # whoever reads it says what is wrong
+        content = content if isinstance(content, dict) else {}
+        base, others = content.get("extends"), content.get("definitions")
+        beside = path.parent / str(base)
+        name = None if base is None else str(base) if base in shipped() or not beside.is_file() else str(beside)
+        named = [name] if name is not None and name not in shipped() else []
+        named += [str(p) for p in (others if isinstance(others, list) else [others] if others else [])]
+        outside = [p for p in (str(path), *named) if not Path(p).resolve().is_relative_to(top)]
+        if outside:
+            raise UsageError(
+                problem(f"{mapping}: {outside[0]} is outside the folder", "one inside it", "Put it there.")
+            )
+
+
+def _mapping(path: Path) -> dict[str, Any]:
+    from infotraj.importing import load_mapping
+
+    _require_inside(str(path))
+    mapping = load_mapping(path)
+    said = f"mapping {mapping.name}, for {', '.join(mapping.reads)}"
+    return {"name": str(path), "outcome": "passed", "report": said}
 
 
 def _model(path: Path) -> dict[str, Any]:
@@ -85,12 +194,21 @@ def _model(path: Path) -> dict[str, Any]:
     return {"name": str(path), "outcome": "passed", "report": said}
 
 
+def _refused(error: InfotrajError) -> dict[str, Any]:
+    return {"name": None, "outcome": "rejected", "report": f"{error}"}
+
+
 def main() -> None:
     """Prints what was received; a file that cannot be used is an answer, too."""
+    words = argparse.ArgumentParser()
+    words.add_argument("file", type=Path)
+    words.add_argument("--mapping")
+    words.add_argument("--fix", action="store_true")
+    asked = words.parse_args()
     try:
-        answer = received(Path(sys.argv[1]))
+        answer = mended(asked.file, asked.mapping) if asked.fix else received(asked.file, asked.mapping)
     except InfotrajError as error:
-        answer = {"name": None, "outcome": "rejected", "report": f"{error}"}
+        answer = _refused(error)
     print(json.dumps(answer))
 
 

@@ -148,7 +148,9 @@ class Action(Handler):
             raise tornado.web.HTTPError(400)
         try:
             if what == "check":
-                window.receive(body.get("name"))
+                window.receive(body.get("name"), body.get("mapping"))
+            elif what == "fix":
+                window.fix(body.get("name"))
             elif what == "diagnose":
                 window.diagnose(body.get("model"), lists["flights"], lists["healthy"])
             elif what == "save":
@@ -259,7 +261,7 @@ def handlers(app: App) -> tornado.web.Application:
             (key + r"/report", Report, own),
             (key + r"/upload", Upload, own),
             (key + r"/viewer/([A-Za-z0-9_.-]*)", View, own),
-            (key + r"/(check|diagnose|save|record|cancel)", Action, own),
+            (key + r"/(check|fix|diagnose|save|record|cancel)", Action, own),
         ],
         default_handler_class=_Nothing,
         default_handler_args=own,

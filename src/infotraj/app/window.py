@@ -14,6 +14,7 @@ from infotraj.app.viewer import Viewer
 from infotraj.errors import UsageError, problem
 
 _MOST_FLIGHTS = 100
+_UNKNOWN: dict[str, Any] = {"fix": [], "mapping": None, "mappings": []}  # of a file of which that was not said
 
 
 class Window:
@@ -53,21 +54,50 @@ class Window:
             "viewer": self.viewer.address if self.viewer is not None and self.viewer.running else None,
         }
 
-    def receive(self, name: object) -> None:
-        """Looks at one file of the folder: a log is imported, everything is checked."""
-        path = self.folder.chosen(name, "flight", "log", "model")
+    def receive(self, name: object, mapping: object = None) -> None:
+        """Looks at one file of the folder: a log is imported, everything is checked.
+
+        mapping: one that was offered for it, or a mapping file of the folder; None: the one that is recognised.
+        """
+        path = self.folder.chosen(name, "flight", "log", "model", "mapping")
+        offered = self.folder.remembered().get(str(path), {}).get("mappings", ())
+        by = None if mapping is None else str(mapping) if mapping in offered else self.folder.chosen(mapping, "mapping")
         stamp = self.folder.stamp(path)
+
+        def done(job: Job) -> None:
+            if job.state != "cancelled":
+                said = _answer_of(job)
+                self.folder.remember(path, stamp, said)
+                self._made(path, said)
+
+        words = ["-m", "infotraj.app.receiving", _word(path), *(["--mapping", _word(Path(by))] if by else [])]
+        self._start(Job("check", words, self.folder.top, done))
+
+    def fix(self, name: object) -> None:
+        """Mends a log as its findings say, in a new flight beside it, and checks that one."""
+        path = self.folder.chosen(name, "flight", "log")
+        stamp, before = self.folder.stamp(path), self.folder.remembered().get(str(path), {})
+        if not before.get("fix"):
+            raise UsageError(problem(f"{path}: nothing to fix", "a finding that a setting mends", "Check it first."))
+        words = ["-m", "infotraj.app.receiving", _word(path), "--fix"]
+        words += ["--mapping", _word(Path(before["mapping"]))] if before["mapping"] else []
 
         def done(job: Job) -> None:
             if job.state == "cancelled":
                 return
             said = _answer_of(job)
-            self.folder.remember(path, stamp, said)
-            if said["name"] not in (None, str(path)):
-                made = Path(said["name"])
-                self.folder.remember(made, self.folder.stamp(made), said)
+            tried = {"fix": [], "fixed": said["name"]}
+            tried |= {} if said["name"] else {"report": f"{said['report']}\n{before['report']}"}
+            self.folder.remember(path, stamp, {**before, **tried})
+            self._made(path, said)
 
-        self._start(Job("check", ["-m", "infotraj.app.receiving", _word(path)], self.folder.top, done))
+        self._start(Job("fix", words, self.folder.top, done))
+
+    def _made(self, path: Path, said: Mapping[str, Any]) -> None:
+        """Remembers what was said of a file of another name than the one that was looked at."""
+        if said["name"] not in (None, str(path)):
+            made = Path(said["name"])
+            self.folder.remember(made, self.folder.stamp(made), {**said, "fix": []})
 
     def diagnose(self, model: object, flights: Sequence[object], healthy: Sequence[object]) -> None:
         """Asks which effect the model lacks on these flights, or what changed since healthy ones."""
@@ -169,10 +199,10 @@ def _word(path: Path) -> str:
     return f"./{path}" if str(path).startswith("-") else str(path)
 
 
-def _answer_of(job: Job) -> Mapping[str, Any] | dict[str, Any]:
+def _answer_of(job: Job) -> dict[str, Any]:
     try:
         answer = json.loads(job.printed[-1])
-        return {key: answer[key] for key in ("name", "outcome", "report")}
+        return _UNKNOWN | {key: answer[key] for key in ("name", "outcome", "report")} | answer
     except (IndexError, ValueError, KeyError, TypeError):
         last = job.said[-1] if job.said else "it ended without a word"
-        return {"name": None, "outcome": "rejected", "report": f"cannot be read: {last}"}
+        return _UNKNOWN | {"name": None, "outcome": "rejected", "report": f"cannot be read: {last}"}

@@ -1,7 +1,7 @@
 "use strict";
 (() => {
   const byId = (id) => document.getElementById(id);
-  const asked = new Set(), healthy = new Set(), queue = [];
+  const asked = new Set(), healthy = new Set(), wanted = new Set(), queue = [], chosen = new Map();
   let state = null, shown = "", answered = null, failed = null, timer = null;
   const steps = ["reading and checking", "diagnosing", "computing where it fails", "report.html"];
 
@@ -22,7 +22,7 @@
     if (!reply || !reply.ok) { say("The server does not answer, or has begun anew. Open its address again."); timer = setTimeout(refresh, 3000); return; }
     state = await reply.json();
     draw();
-    if (!running() && queue.length) { const next = queue.shift(); await call("check", {name: next}); return; }
+    if (!running() && queue.length) { const [what, body] = queue.shift(); await call(what, body); return; }
     timer = setTimeout(refresh, running() ? 400 : 4000);
   }
   const running = () => state && state.job && state.job.state === "running";
@@ -38,34 +38,71 @@
     });
     return input;
   }
+  function button(text, name, action) {
+    const made = document.createElement("button");
+    made.type = "button"; made.textContent = text;
+    made.setAttribute("aria-label", `${text} ${name}`);
+    made.addEventListener("click", action);
+    return made;
+  }
+  // A log that no mapping made usable: another one, shipped or of the folder.
+  function mappings(file, said) {
+    const label = document.createElement("label"), select = document.createElement("select");
+    const own = state.listed.filter((f) => f.kind === "mapping").map((f) => f.name);
+    for (const name of [...own, ...said.mappings]) select.append(new Option(name, name));
+    if (chosen.has(file.name)) select.value = chosen.get(file.name);
+    select.addEventListener("change", () => chosen.set(file.name, select.value));
+    select.setAttribute("aria-label", `Mapping of ${file.name}`);
+    label.append("Read it by the mapping ", select);
+    const line = document.createElement("p");
+    line.append(label, " ", button("Import by it", file.name, () => ask("check", {name: file.name, mapping: select.value})));
+    return line;
+  }
+  // What was dropped, and what was mended, is asked once it is usable.
+  function follow() {
+    for (const name of wanted) {
+      const made = (state.files[name] || {}).fixed || (state.files[name] || {}).name;
+      if (!made) continue;
+      wanted.delete(name);
+      if (state.listed.some((f) => f.name === made && f.kind === "flight") && !healthy.has(made)) asked.add(made);
+    }
+  }
   function drawFiles() {
+    follow();
     const key = JSON.stringify([state.listed, state.files, [...asked], [...healthy], running()]);
     if (key === shown) return;
     shown = key;
     const focused = document.activeElement && document.activeElement.getAttribute("aria-label");
     const body = byId("files").tBodies[0], rows = [];
-    for (const file of state.listed.filter((f) => f.kind !== "model" || (state.files[f.name] || {}).outcome === "rejected")) {
+    const none = {outcome: ""};
+    for (const file of state.listed) {
+      const said = state.files[file.name] || none, refused = said.outcome === "rejected";
+      if (["model", "mapping"].includes(file.kind) && !refused) continue;
       const row = document.createElement("tr"), head = document.createElement("th");
       head.scope = "row"; head.textContent = file.name; row.append(head);
       row.dataset.name = file.name;
-      const refused = (state.files[file.name] || {}).outcome === "rejected";
-      if (refused) { asked.delete(file.name); healthy.delete(file.name); }
-      if (file.kind === "flight" && !refused) { cell(row, box(asked, healthy, file.name, "Ask")); cell(row, box(healthy, asked, file.name, "Healthy")); }
+      const elsewhere = said.name && said.name !== file.name;
+      if (refused || elsewhere) { asked.delete(file.name); healthy.delete(file.name); }
+      if (file.kind === "flight" && !refused && !elsewhere) { cell(row, box(asked, healthy, file.name, "Ask")); cell(row, box(healthy, asked, file.name, "Healthy")); }
       else { cell(row, "–"); cell(row, "–"); }
-      const said = state.files[file.name];
-      if (said) {
+      if (said !== none) {
         const outcome = document.createElement("span");
         outcome.className = said.outcome; outcome.textContent = said.outcome;
         const details = document.createElement("details"), summary = document.createElement("summary"), text = document.createElement("pre");
-        summary.append(outcome); text.textContent = said.report; details.append(summary, text);
-        details.open = said.outcome === "rejected";
+        const other = said.fixed || (elsewhere && said.name);
+        summary.append(outcome, other ? `, ${said.fixed ? "mended as" : "imported as"} ${other}` : "");
+        text.textContent = said.report; details.append(summary, text);
+        details.open = refused && !said.fixed;
         cell(row, details);
+        if (refused && said.mappings.length) row.lastChild.append(mappings(file, said));
       } else cell(row, "not looked at");
-      const look = document.createElement("button");
-      look.type = "button"; look.textContent = file.kind === "log" ? "Import and check" : "Check";
-      look.setAttribute("aria-label", `${look.textContent} ${file.name}`);
-      look.addEventListener("click", () => check(file.name));
-      cell(row, look);
+      const again = button(file.kind === "log" ? "Import and check" : "Check", file.name, () => ask("check", {name: file.name}));
+      cell(row, again);
+      if (said !== none && said.fix.length) {
+        const mend = button("Fix", file.name, () => { wanted.add(file.name); ask("fix", {name: file.name}); });
+        mend.title = `sets ${said.fix.join(", ")} in a new flight beside it`;
+        row.lastChild.append(" ", mend);
+      }
       rows.push(row);
     }
     body.replaceChildren(...rows);
@@ -108,7 +145,7 @@
     }
     answered = mark;
   }
-  function check(name) { queue.push(name); if (!running()) refresh(); }
+  function ask(what, body) { queue.push([what, body]); if (!running()) refresh(); }
   async function upload(files) {
     for (const file of files) {
       if (file.size > state.upload_limit) { say(`${file.name}: too large; expected at most ${state.upload_limit / 1e6} MB. Cut it.`); continue; }
@@ -116,8 +153,8 @@
       const reply = await fetch(`upload?name=${encodeURIComponent(file.name)}`, {method: "POST", body: file}).catch(() => null);
       const found = reply ? await reply.json().catch(() => ({})) : {};
       if (!reply || !reply.ok) { say(found.error || `${file.name}: was not taken`); continue; }
-      asked.add(/\.(csv|parquet)$/.test(found.name) ? found.name : found.name.replace(/\.[^.]+$/, ".parquet"));
-      queue.push(found.name);
+      wanted.add(found.name);
+      queue.push(["check", {name: found.name}]);
     }
     await refresh();
   }
