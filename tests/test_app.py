@@ -13,8 +13,10 @@ import time
 from pathlib import Path
 from urllib.parse import quote, urlsplit
 
+import numpy as np
 import pytest
 import yaml
+from writers_bag import write_bag2
 
 from infotraj.app.folder import MODELS, Folder, safe_name
 from infotraj.errors import UsageError
@@ -477,3 +479,27 @@ def test_a_mapping_that_points_out_of_the_folder_is_refused(server, tmp_path, te
     assert "outside the folder" in found["report"]
     for mapping in ("../outside.yaml", "px4_ulog", str(tmp_path / "outside.yaml"), "board.csv", "--fix", ["mine.yaml"]):
         assert server.act(window, "check", name="board.csv", mapping=mapping)[0] == 400, mapping
+
+
+def test_a_ros_2_bag_is_a_folder_and_one_log(server, tmp_path):
+    flight = read_flight(QUAD / "flight_0.parquet")
+    for axis in "xyz":  # the writer's messages hold velocities, too
+        flight.table[f"v{axis}"] = np.gradient(flight.table[f"p{axis}"], flight.t)
+    write_bag2(flight, server.folder / "run.1")
+    window = server.window()
+    (row,) = server.state(window)["listed"]
+    assert row["name"] == "run.1"
+    assert row["kind"] == "log"
+    assert row["size"] > 100_000
+    assert server.act(window, "check", name="run.1/metadata.yaml")[0] == 400
+    assert server.act(window, "check", name="run.1")[0] == 200
+    state = server.finished(window)
+    assert state["files"]["run.1"]["name"] == "run.1.parquet", state["files"]
+    assert [r["name"] for r in state["listed"]] == ["run.1", "run.1.parquet"]
+    assert len(read_flight(server.folder / "run.1.parquet").table) > 500
+    # A part that lies elsewhere: no bag.
+    (part,) = (server.folder / "run.1").glob("*.mcap")
+    shutil.move(part, tmp_path / part.name)
+    part.symlink_to(tmp_path / part.name)
+    assert not [r for r in server.state(window)["listed"] if r["kind"] == "log"]
+    assert server.act(window, "check", name="run.1")[0] == 400

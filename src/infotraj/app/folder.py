@@ -20,6 +20,7 @@ _DEPTH = 2  # folders below DIR that are looked into
 _MOST = 500  # files that are listed
 _WORK = ".infotraj_app-"
 _LONGEST = 100
+_PARTS = {".mcap", ".db3"}  # of a ROS 2 bag
 _MAPPING = re.compile(r"^(?:streams|extends)\s*:", re.MULTILINE)  # what no vehicle and no model file says
 _PEEK = 65536
 
@@ -38,7 +39,7 @@ class Folder:
         return sorted(rows, key=lambda row: str(row["name"]))
 
     def _files(self) -> Iterator[tuple[Path, str]]:
-        """What is listed, _MOST of it at most."""
+        """What is listed, _MOST of it at most. A ROS 2 bag is a folder, and one log."""
         count, below = 0, [(self.top, 0)]
         while below:
             folder, depth = below.pop(0)
@@ -144,7 +145,7 @@ def is_mapping(path: Path) -> bool:
 
 def _kind(path: Path) -> str | None:
     if path.is_dir():
-        return None
+        return "log" if _is_bag(path) else None
     suffix = path.suffix.lower()
     if suffix in MODELS:
         if path.name.endswith((".meta.yaml", "_metadata.yaml")):
@@ -152,6 +153,13 @@ def _kind(path: Path) -> str | None:
         return "mapping" if is_mapping(path) else "model"
     kind = "flight" if suffix in FLIGHTS else "log" if suffix in LOGS else None
     return kind if path.is_file() else None
+
+
+def _is_bag(folder: Path) -> bool:
+    """A folder that a ROS 2 recorder wrote: its metadata, and parts that lie in it and nowhere else."""
+    parts = _inside(folder)
+    held = {p.suffix for p in parts if p.is_file()}
+    return (folder / "metadata.yaml").is_file() and bool(held & _PARTS) and not any(p.is_symlink() for p in parts)
 
 
 def _inside(folder: Path) -> list[Path]:
