@@ -191,6 +191,17 @@ def test_a_content_of_another_kind_is_one_line_and_no_page(text, said, tmp_path)
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize("text", ["not json", "[]", '{"reference": "ref.csv"}'])
+def test_a_design_that_is_none_is_one_line_and_no_page(text, quad_report, tmp_path):
+    (tmp_path / "design.json").write_text(text)
+    words = ["--from-json", quad_report / "report.json", "--design", tmp_path / "design.json"]
+    done = command(*words, "-o", tmp_path / "page.html")
+    assert done.returncode == 3
+    assert len(done.stderr.splitlines()) == 1
+    assert "infotraj design --json" in done.stderr
+    assert not (tmp_path / "page.html").exists()
+
+
 @pytest.mark.parametrize(
     "words",
     [

@@ -1,5 +1,7 @@
 """The report in a browser: everything is there, nothing leaves the page, and a tick changes bars and series."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from infotraj.diagnosis.report.steps import HeldOut
 from infotraj.locating.windows import TimeWindow
 from infotraj.report.again import read_content
 from infotraj.report.combinations import Combinations
+from infotraj.report.designed import beside, read_design
 from infotraj.report.page import write_page
 from infotraj.report.series import unpacked
 from infotraj.report.traces import flight_traces
@@ -151,6 +154,61 @@ def test_in_the_dark_page_and_lines_change_and_paper_stays_white(chromium, quad_
     assert zoom * width == pytest.approx(680)  # the width of a sheet
     assert page.tab.locator("details:not([open])").count() == 0
     page.context.close()
+
+
+def made_design(flights):
+    """What `infotraj design --json` writes (tests/design holds it against that): a circle, and what it will tell."""
+    t = np.linspace(0.0, 10.0, 50)
+    circle = np.stack([np.cos(t), np.sin(t), 1.5 + 0 * t], axis=1)
+    told = {"question": "linear_drag from rotor_drag", "decided": {"now": 0.0, "again": 0.12, "after": 0.95}}
+    numbers = [{"name": "mass.dm, kg", "standard_error": {"now": 0.02, "again": 0.015, "after": 0.0041}}]
+    return {
+        "reference": "next.csv", "flown": [{"path": f["path"], "sha256": f["sha256"]} for f in flights],
+        "seconds": 10.0, "greatest": {"speed": 1.0, "rate": 2.0},
+        "told": [{**told, "numbers": []}, {"question": "mass", "decided": None, "numbers": numbers}],
+        "simulated": {"from_reference": 0.31}, "tried": 60, "fly": False,
+        "warning": "it strays by 31 cm", "hardly_worth": None,
+        "drawn": {
+            "t": t.tolist(), "position": circle.tolist(), "speed": (1.0 + 0 * t).tolist(), "rate": t.tolist(),
+            "simulated": (1.1 * circle).tolist(),
+        },
+    }  # fmt: skip
+
+
+def test_the_next_flight_is_drawn_with_what_it_will_tell(chromium, content, tmp_path):
+    (tmp_path / "design.json").write_text(json.dumps(made_design(content["flights"])))
+    design = read_design(tmp_path / "design.json")
+    write_page(content | {"design": beside(design, content["flights"])}, tmp_path / "same.html")
+    page = Opened(chromium, tmp_path / "same.html", viewport={"width": 400, "height": 900})
+    said = page.tab.locator("#next").inner_text()
+    assert "Do not fly it as it is: it strays by 31 cm" in said
+    assert "Fly it with" not in said
+    rows = page.tab.locator("#next tbody tr").all_inner_texts()
+    assert [r.split("\t") for r in rows] == [
+        ["telling linear_drag from rotor_drag", "open", "12\xa0%", "95\xa0%"],
+        ["standard error of mass.dm, kg", "0.02", "0.015", "0.0041"],
+    ]
+    line = "infotraj.model('next-{}').renderers.find(r => r.tags[0] == '{}').data_source.data.{}"
+    for view, role, column, values in (
+        ("above", "ticked", "y", np.array(design["drawn"]["position"])[:, 1]),
+        ("side", "given", "y", 1.1 * np.array(design["drawn"]["position"])[:, 2]),
+        ("speed", "given", "y", design["drawn"]["rate"]),
+    ):
+        shown = page.tab.evaluate(f"[...{line.format(view, role, column)}]")
+        np.testing.assert_allclose(shown, values, rtol=1e-6)
+    assert page.tab.evaluate("document.documentElement.scrollWidth") == 400
+    assert page.complaints == []
+    assert "Designed after other flights" not in said
+    page.context.close()
+    nothing = {"told": [], "hardly_worth": "nothing is open", "warning": None, "fly": True}
+    write_page(content | {"design": beside(design | nothing, content["flights"][:2])}, tmp_path / "other.html")
+    other = Opened(chromium, tmp_path / "other.html")
+    said = other.tab.locator("#next").inner_text()
+    assert "Hardly worth flying for this: nothing is open." in said
+    assert "Fly it with" not in said
+    assert other.tab.locator("#next table").count() == 0
+    assert "Designed after other flights than those of this page" in said
+    other.context.close()
 
 
 def long_flights(count, seconds, rate, boxes):

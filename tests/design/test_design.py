@@ -28,9 +28,10 @@ from infotraj.diagnosis.judge.evidence import overdispersion
 from infotraj.diagnosis.judge.groups import AS_PROBABLE
 from infotraj.effects import effect_class
 from infotraj.errors import InputError, UsageError
-from infotraj.flight import Flight
+from infotraj.flight import Flight, sha256
 from infotraj.models import Model
 from infotraj.models.instant import Instant
+from infotraj.report.designed import beside, read_design
 from infotraj.trajectories.reference import read_reference
 from infotraj.vehicle import load_vehicle
 
@@ -298,6 +299,15 @@ def test_the_command_writes_a_reference_and_says_what_it_will_tell(tmp_path):
     for row, size in zip(told["numbers"], (0.12, 0.12, 0.1), strict=True):
         assert row["share_of_effect"] * size == pytest.approx(row["standard_error"]["now"], rel=0.2)
     assert (tmp_path / "design.png").stat().st_size > 10_000
+    # The page takes it, and knows the flights by what is in them.
+    read = read_design(numbers)
+    same = [{"sha256": sha256(Path(p))} for p in paths]
+    assert beside(read, same)["others"] == []
+    assert beside(read, same[:1])["others"] == paths
+    reference = read_reference(output)
+    assert read["drawn"]["position"][0] == pytest.approx(reference.position[0], abs=1e-4)
+    assert max(read["drawn"]["speed"]) == pytest.approx(read["greatest"]["speed"], rel=0.01)
+    assert 200 < len(read["drawn"]["t"]) <= 800
     bad = CliRunner().invoke(cli, ["design", vehicle, "--flown", *paths, "--box", "2x2", "-o", str(output)])
     assert bad.exit_code == 2
     assert "no box" in bad.output

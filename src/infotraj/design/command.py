@@ -138,7 +138,8 @@ def design_command(
         bar.render_finish()
     made.reference.write(output)
     if json_file is not None:
-        files.write_json(report.as_dict(made, str(output)), json_file)
+        used = [Path(str(f.meta["source"])) for f in let_in.flights]
+        files.write_json(report.as_dict(made, str(output), model, used), json_file)
     if figures is not None:
         from infotraj.plots.design import design_figure
 

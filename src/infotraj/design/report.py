@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from infotraj.design.design import Design, Told
+from infotraj.flight import sha256
+
+_DRAWN = 400  # rows of the reference that a picture needs
 
 _KNOWN = 0.01  # of an effect: no number of a vehicle file is asked for better (docs/vehicle.md: mass to 1 %)
 
@@ -47,9 +52,14 @@ def as_text(made: Design, output: str) -> str:
 
 def following(made: Design, output: str, diagnose: str) -> str:
     """What to do with it: not to fly what went wrong in simulation. diagnose: the command for afterwards."""
-    if made.not_flown and made.flown is not None:
+    if _went_wrong(made):
         return "do not fly it as it is; ask again with a smaller --box, --max-speed or --max-tilt"
     return f"{'if you fly it all the same, ' if hardly_worth(made) else ''}fly {output}, then {diagnose}"
+
+
+def _went_wrong(made: Design) -> bool:
+    """In simulation; a vehicle that nobody can simulate may be flown."""
+    return bool(made.not_flown) and made.flown is not None
 
 
 def _told(t: Told) -> list[str]:
@@ -75,10 +85,15 @@ def _probability(x: float) -> str:
     return "more than 99 %" if x > 0.99 else "less than 1 %" if x < 0.01 else f"{100 * x:.0f} %"
 
 
-def as_dict(made: Design, output: str) -> dict[str, Any]:
-    """The same for programs. Probabilities and standard errors: now, after a flight like the last one, after this."""
+def as_dict(made: Design, output: str, model: Path, flown: Sequence[Path]) -> dict[str, Any]:
+    """The same for programs. Probabilities and standard errors: now, after a flight like the last one, after this.
+
+    model, flown: the files that were asked. `drawn`: the reference, and how it was followed in simulation.
+    """
     r = made.reference
     return {
+        "model": _file(model),
+        "flown": [_file(f) for f in flown],
         "reference": output,
         "seconds": float(r.t[-1] - r.t[0]),
         "room": {"size": made.room.size.tolist(), "center": made.room.center.tolist()},
@@ -105,7 +120,27 @@ def as_dict(made: Design, output: str) -> dict[str, Any]:
         else {"from_reference": _finite(made.flown.away(r)), "at_limit": made.flown.at_limit},
         "warning": made.not_flown or None,
         "hardly_worth": hardly_worth(made) or None,
+        "fly": not _went_wrong(made),
         "tried": made.tried,
+        "drawn": _drawn(made),
+    }
+
+
+def _file(path: Path) -> dict[str, str | None]:
+    return {"path": str(path), "sha256": sha256(path) if path.is_file() else None}
+
+
+def _drawn(made: Design) -> dict[str, Any]:
+    """Time (s), place (m), speed (m/s) and rate (rad/s) of the reference in some 400 rows, and the simulated place."""
+    r = made.reference
+    some = slice(None, None, max(1, len(r.t) // _DRAWN))
+    size = {"speed": np.linalg.norm(r.velocity, axis=1), "rate": np.linalg.norm(r.rate, axis=1)}
+    followed = made.flown.position if made.flown is not None else np.full(3, np.nan)
+    return {
+        "t": np.round(r.t[some], 3).tolist(),
+        "position": np.round(r.position[some], 4).tolist(),
+        **{name: np.round(values[some], 4).tolist() for name, values in size.items()},
+        "simulated": np.round(followed[some], 4).tolist() if np.isfinite(followed).all() else None,
     }
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -30,6 +31,9 @@ from infotraj.progress import waiting
 @click.option("-o", "--output", required=True, type=PATH, help="The page (HTML).")
 @click.option("--json", "json_file", type=PATH, help="All that the page shows, for programs.")
 @click.option("--from-json", type=PATH, help="Draw the page from what --json wrote; nothing is computed.")
+@click.option(
+    "--design", type=PATH, help="The next flight, as `infotraj design --json` wrote it: shown with the next steps."
+)
 @save_model_option
 @matters_option
 @effects_from_option
@@ -43,6 +47,7 @@ def report_command(
     output: Path,
     json_file: Path | None,
     from_json: Path | None,
+    design: Path | None,
     save_model: Path | None,
     matters: float,
     effects_from: tuple[Path, ...],
@@ -54,13 +59,16 @@ def report_command(
 
     \b
     infotraj report vehicle.yaml flight_*.parquet -o report.html
-    infotraj report --from-json report.json -o report.html
+    infotraj report --from-json report.json --design design.json -o report.html
     """
     _require_one(model, flights, from_json, (reference, json_file, save_model))
+    from infotraj.report.designed import read_design
+
+    following = read_design(design) if design is not None else None
     if from_json is not None:
         from infotraj.report.again import read_content
 
-        _write(read_content(from_json), output, quiet)
+        _write(_with_design(read_content(from_json), following), output, quiet)
         return
     assert model is not None
     from infotraj.comparing import files
@@ -86,11 +94,19 @@ def report_command(
     words = ["infotraj", "report", *sys.argv[2:]] if sys.argv[1:2] == ["report"] else ["infotraj", "report"]
     with waiting("computing"):
         content = gathered(asked, found, seed=seed, matters=matters, saved=saved, command=words)
+    content = _with_design(content, following)
     if json_file is not None:
         files.write_json(content, json_file)
     _write(content, output, quiet)
     click.echo(sentence(found))
     files.say_unmet(reading.accept, asked.flights.codes + [d.code for d in found.doubts])
+
+
+def _with_design(content: dict[str, Any], design: dict[str, Any] | None) -> dict[str, Any]:
+    """The content with the next flight, where there is one."""
+    from infotraj.report.designed import beside
+
+    return content if design is None else content | {"design": beside(design, content["flights"])}
 
 
 def _require_one(
@@ -104,7 +120,7 @@ def _require_one(
         raise UsageError(problem(found, "one of them", "Leave one out: from a file nothing is computed."))
 
 
-def _write(content: dict, output: Path, quiet: bool) -> None:
+def _write(content: dict[str, Any], output: Path, quiet: bool) -> None:
     from infotraj.report.page import write_page
 
     write_page(content, output)

@@ -28,10 +28,10 @@ def javascript() -> str:
 
 
 def figures(content: dict[str, Any]) -> str:
-    """Three documents as JSON text, in the order in which the page draws them; their roots are named trace-AXIS,
-    place-NUMBER and leftover-AXIS."""
+    """Four documents as JSON text, in the order in which the page draws them; their roots are named trace-AXIS,
+    place-NUMBER, leftover-AXIS and next-VIEW."""
     documents = []
-    for roots in (_traces(content), _places(content), _leftover(content)):
+    for roots in (_traces(content), _places(content), _leftover(content), _next(content)):
         document = Document()
         for root in roots:
             document.add_root(root)
@@ -126,6 +126,28 @@ def _leftover(content: dict[str, Any]) -> list[figure]:
         fig.add_layout(Span(location=0, dimension="width", line_width=1, tags=["axis"]))
         drawn.append(fig)
     return drawn
+
+
+def _next(content: dict[str, Any]) -> list[figure]:
+    """The designed flight, if there is one: from above, from the side, and its speed and rate of turning."""
+    if content.get("design") is None:
+        return []
+    held = content["design"]["drawn"]
+    views = {}
+    for view, (i, j) in {"above": (0, 1), "side": (0, 2)}.items():
+        fig = views[view] = _figure(f"next-{view}", 230, "", match_aspect=True)
+        fig.xaxis.axis_label, fig.yaxis.axis_label = (f"{'xyz'[k]} [m]" for k in (i, j))
+        for key, role in (("simulated", "given"), ("position", "ticked")):
+            if held[key] is not None:
+                places = np.array(held[key])
+                fig.line(places[:, i], places[:, j], line_width=1.6).tags = [role]
+        start = np.array(held["position"][0])
+        fig.scatter(start[[i]], start[[j]], size=8, line_color=None).tags = ["ticked"]
+    speed = views["speed"] = _figure("next-speed", 230, "")
+    speed.xaxis.axis_label, speed.yaxis.axis_label = "t [s]", "m/s, rad/s"
+    speed.line(held["t"], held["speed"], line_width=1.6).tags = ["ticked"]
+    speed.line(held["t"], held["rate"], line_width=1.6, line_dash="dashed").tags = ["given"]
+    return list(views.values())
 
 
 def _figure(name: str, height: int, tools: str, **ranges: Any) -> figure:

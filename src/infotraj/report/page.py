@@ -45,6 +45,7 @@ def page(content: dict[str, Any]) -> str:
     rows = sorted(content["answer"]["effects"], key=_rank)
     return environment.get_template("page.html").render(
         c=content,
+        design=content.get("design"),
         answer=content["answer"],
         named=[r for r in rows if r["verdict"] in _CONFIDENT],
         maybe=[r for r in rows if r["verdict"] == "Plausible"],
