@@ -125,6 +125,7 @@ def test_the_whole_way_from_a_dropped_log_to_a_saved_model(server, chromium, tmp
     row = tab.locator("tr[data-name='broken.parquet']")
     row.locator(".rejected").wait_for(timeout=60000)
     assert "broken.parquet" in row.locator("pre").inner_text()
+    assert row.get_by_label("Mapping of").count() == 0  # none would mend it
     for k in range(3):
         tab.locator(f"tr[data-name='flight_{k}.parquet'] .passed").wait_for(timeout=60000)
     # What is rejected cannot be asked, and is not.
@@ -412,12 +413,17 @@ def test_a_log_that_is_not_recognised_is_given_a_mapping_mended_and_asked(server
     assert "px4_ulog" not in choice.locator("option").all_inner_texts()
     assert tab.locator("#model option").all_inner_texts() == ["vehicle.yaml"]
     expect(row.get_by_role("button", name="Fix board.csv")).to_have_count(0)
-    row.get_by_role("button", name="Import by it").click()
+    row.get_by_role("button", name="Import board.csv").click()
     # Its rates are in deg/s: rejected, and Fix says what it would set.
     expect(row.locator("pre")).to_contain_text("rate_unit", timeout=60000)
     mend = row.get_by_role("button", name="Fix board.csv")
-    assert "rate.scale=0.0174533" in mend.get_attribute("title")
+    assert "A setting mends this in a new flight beside it: rate.scale=0.0174533" in row.inner_text()
     assert not (server.folder / "board.parquet").exists()
+    # On a phone every row is whole: nothing has to be found by scrolling sideways.
+    tab.set_viewport_size({"width": 400, "height": 900})
+    right = "b => b.map(x => x.getBoundingClientRect().right)"
+    assert max(tab.locator("#files button, #files input").evaluate_all(right)) <= 400
+    assert tab.evaluate("document.documentElement.scrollWidth") == 400
     mend.click()
     expect(row.locator("summary")).to_contain_text("mended as board-fixed.parquet", timeout=60000)
     expect(row.get_by_role("button", name="Fix board.csv")).to_have_count(0)

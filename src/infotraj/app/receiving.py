@@ -131,12 +131,14 @@ def _claimed(log: Path, ending: str, *suffixes: str) -> list[Path]:
 
 
 def _readers(path: Path) -> list[str]:
-    """The shipped mappings for this kind of log; none for what is no log."""
+    """The shipped mappings for this kind of log; none for what cannot be opened, which no mapping mends."""
     from infotraj.importing import shipped
+    from infotraj.importing.explain import inventory
     from infotraj.importing.opening import kind_of
 
     try:
         kind = kind_of(path)
+        inventory(path)
     except InputError:
         return []
     return [name for name, mapping in shipped().items() if kind in mapping.reads]

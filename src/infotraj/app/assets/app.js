@@ -36,7 +36,11 @@
       if (input.checked) { set.add(name); other.delete(name); } else set.delete(name);
       shown = ""; draw();
     });
-    return input;
+    const seen = document.createElement("span");  // where there is no room for a head of the table
+    seen.className = "narrow"; seen.setAttribute("aria-hidden", "true"); seen.textContent = label;
+    const both = document.createElement("label");
+    both.append(input, seen);
+    return both;
   }
   function button(text, name, action) {
     const made = document.createElement("button");
@@ -55,7 +59,14 @@
     select.setAttribute("aria-label", `Mapping of ${file.name}`);
     label.append("Read it by the mapping ", select);
     const line = document.createElement("p");
-    line.append(label, " ", button("Import by it", file.name, () => ask("check", {name: file.name, mapping: select.value})));
+    line.append(label, " ", button("Import", file.name, () => ask("check", {name: file.name, mapping: select.value})));
+    return line;
+  }
+  function remedy(file, said) {
+    const line = document.createElement("p"), code = document.createElement("code");
+    code.textContent = said.fix.join(", ");
+    line.append("A setting mends this in a new flight beside it: ", code, " ",
+      button("Fix", file.name, () => { wanted.add(file.name); ask("fix", {name: file.name}); }));
     return line;
   }
   // What was dropped, and what was mended, is asked once it is usable.
@@ -84,7 +95,7 @@
       const elsewhere = said.name && said.name !== file.name;
       if (refused || elsewhere) { asked.delete(file.name); healthy.delete(file.name); }
       if (file.kind === "flight" && !refused && !elsewhere) { cell(row, box(asked, healthy, file.name, "Ask")); cell(row, box(healthy, asked, file.name, "Healthy")); }
-      else { cell(row, "–"); cell(row, "–"); }
+      else for (let k = 0; k < 2; k++) { cell(row, "–"); row.lastChild.className = "none"; }
       if (said !== none) {
         const outcome = document.createElement("span");
         outcome.className = said.outcome; outcome.textContent = said.outcome;
@@ -94,15 +105,10 @@
         text.textContent = said.report; details.append(summary, text);
         details.open = refused && !said.fixed;
         cell(row, details);
-        if (refused && said.mappings.length) row.lastChild.append(mappings(file, said));
+        if (said.fix.length) row.lastChild.append(remedy(file, said));
+        if (refused && said.mappings.length && !said.fixed) row.lastChild.append(mappings(file, said));
       } else cell(row, "not looked at");
-      const again = button(file.kind === "log" ? "Import and check" : "Check", file.name, () => ask("check", {name: file.name}));
-      cell(row, again);
-      if (said !== none && said.fix.length) {
-        const mend = button("Fix", file.name, () => { wanted.add(file.name); ask("fix", {name: file.name}); });
-        mend.title = `sets ${said.fix.join(", ")} in a new flight beside it`;
-        row.lastChild.append(" ", mend);
-      }
+      cell(row, button(file.kind === "log" ? "Import and check" : "Check", file.name, () => ask("check", {name: file.name})));
       rows.push(row);
     }
     body.replaceChildren(...rows);
