@@ -135,6 +135,10 @@ def test_a_window_that_is_clicked_is_shown(opened, content):
 def test_it_fits_the_width_it_is_given(chromium, quad_report, width):
     page = Opened(chromium, quad_report / "report.html", viewport={"width": width, "height": 900})
     assert page.tab.evaluate("document.documentElement.scrollWidth") == width
+    cut = page.tab.locator(".wide:not(details *)").evaluate_all(
+        "t => t.filter(x => x.scrollWidth > x.clientWidth).length"
+    )
+    assert (cut == 0) == (width == 1400)  # what is wider than a small screen scrolls by itself
     page.context.close()
 
 
@@ -153,6 +157,11 @@ def test_in_the_dark_page_and_lines_change_and_paper_stays_white(chromium, quad_
     assert turned.startswith("invert(1)")
     assert zoom * width == pytest.approx(680)  # the width of a sheet
     assert page.tab.locator("details:not([open])").count() == 0
+    # Unfolded they take no more room than they need, and nothing is cut at the edge of the sheet.
+    heights = page.tab.locator("details .effects tbody tr").evaluate_all("r => r.map(x => x.clientHeight)")
+    assert len(heights) > 20
+    assert np.median(heights) < 60
+    assert page.tab.locator("pre").evaluate_all("p => p.every(x => x.scrollWidth <= x.clientWidth)")
     page.context.close()
 
 
