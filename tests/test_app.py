@@ -19,8 +19,10 @@ import yaml
 from writers_bag import write_bag2
 
 from infotraj.app.folder import MODELS, Folder, safe_name
+from infotraj.app.window import Window
 from infotraj.errors import UsageError
 from infotraj.flight import read_flight
+from infotraj.trajectories.reference import read_reference
 
 TOP = Path(__file__).parents[1]
 QUAD = TOP / "examples/quad"
@@ -158,6 +160,18 @@ def test_the_whole_way_from_a_dropped_log_to_a_saved_model(server, chromium, tmp
     with tab.expect_download() as download:
         tab.locator("#download").click()
     assert "Missing: rotor_effectiveness." in Path(download.value.path()).read_text()
+    # The next flight is designed in the room that is given; the report shows it, and no one takes it for a flight.
+    (server.folder / "next.csv").write_text("t,ref_px,mine\n")
+    tab.locator("#box").fill("1x1x0.5")
+    tab.locator("#seconds").fill("8")
+    tab.locator("#design").click()
+    expect(tab.locator("#note")).to_contain_text("next-2.csv is written", timeout=120000)
+    frame.locator("html[data-complete=yes]").wait_for(state="attached", timeout=60000)
+    expect(frame.locator("#next")).to_contain_text("next-2.csv: 8 s")
+    assert frame.locator("[data-root=next-above] canvas").count() > 0
+    assert read_reference(server.folder / "next-2.csv").t[-1] == pytest.approx(8.0)
+    assert (server.folder / "next.csv").read_text() == "t,ref_px,mine\n"
+    assert tab.locator("tr[data-name^='next']").count() == 0
     # The recording is served by rerun's viewer, on this machine, under a policy that lets it ask no other.
     tab.locator("#record").click()
     tab.locator("#viewer:not([hidden])").wait_for(timeout=60000)
@@ -339,6 +353,7 @@ def test_only_listed_files_are_used_and_no_other_is_served(server, tmp_path):
         assert status == 400, name
         assert "no file" in said["error"]
     assert server.act(window, "save", name="new.yaml", effects=[])[0] == 400
+    assert server.act(window, "design", box="2x2x1", seconds="20")[0] == 400
     for path in (
         "/etc/passwd",
         f"{window}/../../etc/passwd",
@@ -377,6 +392,19 @@ def test_a_folder_that_is_not_there_is_one_line(tmp_path):
     assert done.returncode == 3
     assert len(done.stderr.splitlines()) == 1
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("box", "seconds"), [("--json", "20"), ("2x2x1", "-o"), (None, None), ("2 x 2 x 1", "20"), ("", "")]
+)
+def test_a_room_is_numbers_and_no_option(tmp_path, box, seconds):
+    (tmp_path / "work").mkdir()
+    window = Window("key", Folder(tmp_path, tmp_path / "work"))
+    window.asked = {"model": Path("vehicle.yaml"), "flights": [], "reference": False}
+    window.answer = {"number": 1, "summary": "", "boxes": [], "reference": False}
+    with pytest.raises(UsageError, match="no room"):
+        window.design(box, seconds)
+    assert window.job is None
 
 
 def test_a_safe_name_has_one_of_the_suffixes(tmp_path):

@@ -22,6 +22,7 @@ _WORK = ".infotraj_app-"
 _LONGEST = 100
 _PARTS = {".mcap", ".db3"}  # of a ROS 2 bag
 _MAPPING = re.compile(r"^(?:streams|extends)\s*:", re.MULTILINE)  # what no vehicle and no model file says
+_REFERENCE = b"t,ref_px,"
 _PEEK = 65536
 
 
@@ -152,7 +153,16 @@ def _kind(path: Path) -> str | None:
             return None
         return "mapping" if is_mapping(path) else "model"
     kind = "flight" if suffix in FLIGHTS else "log" if suffix in LOGS else None
-    return kind if path.is_file() else None
+    return kind if path.is_file() and not (suffix == ".csv" and _is_reference(path)) else None
+
+
+def _is_reference(path: Path) -> bool:
+    """Whether a CSV is what a vehicle is to fly, which nobody has flown."""
+    try:
+        with open(path, "rb") as file:
+            return file.readline(_PEEK).startswith(_REFERENCE)
+    except OSError:
+        return False
 
 
 def _is_bag(folder: Path) -> bool:

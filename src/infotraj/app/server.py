@@ -155,6 +155,8 @@ class Action(Handler):
                 window.diagnose(body.get("model"), lists["flights"], lists["healthy"])
             elif what == "save":
                 window.save(body.get("name"), lists["effects"])
+            elif what == "design":
+                window.design(body.get("box"), body.get("seconds"))
             elif what == "record":
                 window.record()
             else:
@@ -261,7 +263,7 @@ def handlers(app: App) -> tornado.web.Application:
             (key + r"/report", Report, own),
             (key + r"/upload", Upload, own),
             (key + r"/viewer/([A-Za-z0-9_.-]*)", View, own),
-            (key + r"/(check|fix|diagnose|save|record|cancel)", Action, own),
+            (key + r"/(check|fix|diagnose|save|design|record|cancel)", Action, own),
         ],
         default_handler_class=_Nothing,
         default_handler_args=own,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -14,6 +15,7 @@ from infotraj.app.viewer import Viewer
 from infotraj.errors import UsageError, problem
 
 _MOST_FLIGHTS = 100
+_PLAIN = re.compile(r"[0-9.x]{1,30}")  # numbers, as the command reads them
 _UNKNOWN: dict[str, Any] = {"fix": [], "mapping": None, "mappings": []}  # of a file of which that was not said
 
 
@@ -155,6 +157,38 @@ class Window:
             self.note = f"{target.name} is written" if job.state == "done" else ""
 
         self._start(Job("saving", words, self.folder.top, done))
+
+    def design(self, box: object, seconds: object) -> None:
+        """Writes the reference of the flight that tells most next to a new file, and shows it on the report.
+
+        box: such as 2x2x1, m, around the middle of the flights; seconds: how long it lasts.
+        """
+        if self.answer is None or self.asked is None or self.answer["reference"]:
+            raise UsageError(problem("nothing to design for", "a diagnosis without healthy flights", "Diagnose first."))
+        if not all(_PLAIN.fullmatch(str(x)) for x in (box, seconds)):
+            raise UsageError(problem("no room", "three sizes in m such as 2x2x1, and a time in s", "Correct them."))
+        inside, made = self.work.relative_to(self.folder.top), self.work / "design.json"
+        words = ["-m", "infotraj.cli", "design", _word(self.asked["model"]), "-o", str(inside / "next.csv")]
+        words += ["--flown", *map(_word, self.asked["flights"]), "--json", str(inside / "design.json")]
+        words += ["--box", str(box), "--within", str(seconds)]
+        again = ["-m", "infotraj.cli", "report", "--from-json", str(inside / "report.json")]
+        again += ["--design", str(inside / "design.json"), "-o", str(inside / "report.html")]
+
+        def drawn(job: Job) -> None:
+            if job.state == "done" and self.answer is not None:
+                self.answers += 1
+                self.answer["number"] = self.answers
+                self.note = (
+                    f"{json.loads(made.read_text())['reference']} is written; the report shows it under Next steps"
+                )
+
+        def done(job: Job) -> None:
+            if job.state == "done":
+                taken = self.folder.take(self.work / "next.csv", "next.csv").name
+                made.write_text(json.dumps(json.loads(made.read_text()) | {"reference": taken}))
+                self._start(Job("drawing", again, self.folder.top, drawn))
+
+        self._start(Job("design", words, self.folder.top, done))
 
     def record(self) -> None:
         """Records the flight on which the model is worst, and serves it to rerun's viewer on this machine."""

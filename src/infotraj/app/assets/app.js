@@ -128,6 +128,8 @@
     byId("diagnose").disabled = running();
     byId("save").disabled = running() || !(state.answer && !state.answer.reference);
     byId("record").disabled = running();
+    byId("design").disabled = running();
+    byId("next-flight").hidden = Boolean(state.answer && state.answer.reference);
     byId("progress").hidden = !job;
     if (job) {
       const at = job.said.reduce((k, line) => Math.max(k, 1 + steps.findIndex((s) => line.includes(s))), 0);
@@ -177,6 +179,7 @@
     call("diagnose", {model: byId("model").value, flights: kept(asked), healthy: kept(healthy)});
   });
   byId("cancel").addEventListener("click", () => call("cancel"));
+  byId("design").addEventListener("click", () => call("design", {box: byId("box").value.trim(), seconds: byId("seconds").value.trim()}));
   byId("record").addEventListener("click", () => call("record"));
   byId("save").addEventListener("click", () => {
     const page = byId("report").contentWindow.infotraj;
