@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from scipy.stats import spearmanr
 
 from infotraj.plots import style
@@ -91,6 +92,10 @@ def _add_panel(axes: Axes, part: pd.DataFrame) -> None:
         )
     if part["cost"].min() > 0 and part["cost"].max() > 20 * part["cost"].min():
         axes.set_xscale("log")
+        # A range of little more than a decade would label every tick of it.
+        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
+        axes.xaxis.set_minor_formatter(NullFormatter())
 
 
 def _add_trend(axes: Axes, rows: pd.DataFrame) -> None:
