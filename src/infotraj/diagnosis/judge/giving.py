@@ -2,10 +2,10 @@
 
 Numbers are fitted beside the file as it is, as far as they can take along what the file is off by; where an axis would
 be predicted worse for that they stay as found beside the file's own errors. Where these flights show thrust over mass
-to be off, `thrust_scale` corrects it in the model if that predicts better: nearly every force is told beside the
-thrust, and a fall of it with the voltage is none beside a file that is right at half of the charge. A number with which
-an axis is still predicted worse stays absent where it spoils more than it mends: what a wrong file has cancelled by
-chance on one axis is no reason against a number that takes most of the error off another.
+to be off, `thrust_scale` or `mass_offset` corrects it in the model if that predicts better: nearly every force is told
+beside the thrust, and a fall of it with the voltage is none beside a file that is right at half of the charge. A number
+with which an axis is still predicted worse stays absent where it spoils more than it mends: what a wrong file has
+cancelled by chance on one axis is no reason against a number that takes most of the error off another.
 """
 
 from __future__ import annotations
@@ -27,7 +27,6 @@ from infotraj.diagnosis.select.search import Fit, Search
 from infotraj.rotations import Array
 
 _WORSE = 1.05  # times the error of an axis on flights that were not fitted, less than which is no difference
-THRUST = "thrust_scale"  # by it the model says what the file's thrust over mass should be
 _ROUNDS = 4  # it changes what the other numbers mean: a fit beside it is further away than one without
 _LEAST = 1e-4  # of an axis' squared error: what changes less does not act on it
 
@@ -60,11 +59,12 @@ def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
             ended = bool(beyond_bounds(made.members, vehicle)) and not beyond_bounds(found.members, vehicle)
             if ended or _net(_shares(found)) < _net(_shares(made)):
                 made = found
-        if _off(search, whole, labels):
-            right = search.fitted([*labels, THRUST], whole, Scales(0.0), _ROUNDS)
+        for name in _ratio(search, whole, labels):
+            right = search.fitted([*labels, name], whole, Scales(0.0), _ROUNDS)
             ended = bool(beyond_bounds(right.members, vehicle)) and not beyond_bounds(made.members, vehicle)
-            if not ended and _net(_shares(right)) < _net(_shares(made)) - np.log(_WORSE):
-                made, beside = right, (THRUST,)
+            margin = 0.0 if beside else np.log(_WORSE)
+            if not ended and _net(_shares(right)) < _net(_shares(made)) - margin:
+                made, beside = right, (name,)
     pruned = _pruned(made)
     left = {m.candidate.label for m in pruned.fit.members if _as_before(m, observation)}
     nothing = "the model that predicts best has nothing of it"
@@ -73,14 +73,14 @@ def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
     return replace(pruned, lost={k: v for k, v in lost.items() if k in labels}, beside=beside)
 
 
-def _off(search: Search, whole: Fit, labels: Sequence[str]) -> bool:
-    """Whether these flights show thrust over mass to be off, and nothing that is named or in the model says it."""
-    held = {m.candidate.name for m in search.held}
-    if held & OF_THRUST_OVER_MASS or {x.split()[0] for x in labels} & OF_THRUST_OVER_MASS:
-        return False
-    if not any(c.label == THRUST for c in search.known):
-        return False
-    return bool({x.split()[0] for x in whole.labels} & OF_THRUST_OVER_MASS or thrust_over_mass(whole))
+def _ratio(search: Search, whole: Fit, labels: Sequence[str]) -> list[str]:
+    """What may correct the file's thrust over mass: where these flights show it to be off, and nothing that is named or
+    in the model says it. A thrust that is corrected changes torques too, a mass does not."""
+    said = {m.candidate.name for m in search.held} | {x.split()[0] for x in labels}
+    found = {x.split()[0] for x in whole.labels} & OF_THRUST_OVER_MASS
+    if said & OF_THRUST_OVER_MASS or not (found or thrust_over_mass(whole)):
+        return []
+    return sorted(OF_THRUST_OVER_MASS & {c.label for c in search.known})
 
 
 def _as_before(m: Member, observation: Observation) -> bool:
