@@ -25,6 +25,22 @@ rule publish:
         "(cp {input.named} docs/results/ && cp {input.loop} docs/results/closed_loop.md) 2> {log}"
 
 
+# Of a run on plants that no setting has seen, config/studies/unseen.yaml.
+rule publish_unseen:
+    input:
+        claims="results/claims.md",
+        figure="results/figures/figure_4.png",
+    output:
+        claims="docs/results/claims_unseen.md",
+        figure="docs/results/figure_4_unseen.png",
+    log:
+        "results/logs/publish_unseen.log",
+    benchmark:
+        "results/benchmarks/publish_unseen.tsv"
+    shell:
+        "(cp {input.claims} {output.claims} && cp {input.figure} {output.figure}) 2> {log}"
+
+
 rule publish_hindsight:
     input:
         markdown="results/hindsight.md",
