@@ -15,8 +15,7 @@ from infotraj.diagnosis.select.search import Fit
 from infotraj.rotations import Array
 
 RESAMPLES = 1000
-_LEAST = 1e-6  # of what a column changes most: an axis that it changes less is not its own
-_COUNTS = 0.2  # of the most affected axis' rise: axes on which an effect acts
+_LEAST = 1e-3  # of the squared error that is left on an axis: what moves it by less does not act there
 _HALF = 0.5  # of the root mean square error
 
 
@@ -28,8 +27,8 @@ class Evidence:
     flights_better: folds in which it falls, of all; selected: share of resamples in which it falls; rise: by how much
     the error on the most affected axis rises without it, in units of the floor; by_axis: that of each axis; axis: the
     most affected one; takes: mean squared error (slow, weighed by coherence) that it takes off each axis, flights not
-    fitted; share: of what the whole set, file numbers too, takes off an axis, where that is most; probability: that it
-    is needed; form_error: share by which its size differs between parts of the flights.
+    fitted; gain: the sum over the axes of the logarithm by which that root mean square error falls; probability: that
+    it is needed; form_error: share by which its size differs between parts of the flights.
     """
 
     heldout_change: float
@@ -40,7 +39,7 @@ class Evidence:
     axis: str
     by_axis: dict[str, float] = field(default_factory=dict)
     takes: dict[str, float] = field(default_factory=dict)
-    share: float = 0.0
+    gain: float = 0.0
     probability: float = 0.0
     form_error: float = 0.0
 
@@ -113,10 +112,9 @@ def _against(
     floor = np.maximum(kept.believed, 1e-300)
     rise = np.maximum((lost - left).sum(axis=1) / np.maximum(sums.windows.sum(axis=1), 1), takes / floor)
     # What other numbers do on an axis meanwhile is not this effect's doing.
-    rise = np.where(acts(sums, mine), rise, 0.0)
-    given = np.broadcast_to(whole.scorer.given, whole.solution.each.shape)
-    explained = sums.believed_error(given) - kept.believed
-    share = np.where((rise > 0.0) & (explained > 0.0), takes / np.maximum(explained, 1e-300), 0.0)
+    own = acts(sums, mine, whole.solution.theta if theta is None else theta, kept.believed)
+    rise = np.where(own, rise, 0.0)
+    falls = 0.5 * np.log(np.maximum(out.believed, 1e-300) / floor)
     total = float(lost.sum())
     return Evidence(
         float((left.sum() - total) / max(total, 1e-300)),
@@ -127,17 +125,17 @@ def _against(
         sums.axes[int(np.argmax(rise))],
         dict(zip(sums.axes, map(float, rise), strict=True)),
         dict(zip(sums.axes, map(float, takes), strict=True)),
-        float(np.clip(share[rise >= _COUNTS * rise.max()].max(initial=0.0), 0.0, 1.0)),
+        float(falls[own].sum()),
         float(1.0 / (1.0 + np.exp(-np.clip(nats, -50.0, 50.0)))),
         form_error(whole, mine, whole.solution.theta if theta is None else theta),
     )
 
 
-def acts(sums: Sums, mine: Sequence[int]) -> NDArray:
-    """The axes (axes,) whose prediction these columns change."""
-    place = [1 + i for i in mine]
-    size = np.einsum("afii->a", sums.believed[:, :, place][:, :, :, place])
-    return size > _LEAST * size.max(initial=0.0)
+def acts(sums: Sums, mine: Sequence[int], theta: Array, left: Array) -> NDArray:
+    """The axes (axes,) whose prediction these columns change with numbers theta (p,), beside what is left (axes,)."""
+    place, x = [1 + i for i in mine], theta[list(mine)]
+    size = np.einsum("i,afij,j->a", x, sums.believed[:, :, place][:, :, :, place], x)
+    return size / np.maximum(sums.slow.sum(axis=1), 1) > _LEAST * left
 
 
 def rise_beside(whole: Fit, chosen: tuple[int, ...], mine: Sequence[int]) -> float:
@@ -148,7 +146,7 @@ def rise_beside(whole: Fit, chosen: tuple[int, ...], mine: Sequence[int]) -> flo
     weighted = (whole.error(other) - whole.error(near)).sum(axis=1) / np.maximum(sums.windows.sum(axis=1), 1)
     before, after = sums.believed_error(near), sums.believed_error(other)
     rise = np.maximum(weighted, (after - before) / np.maximum(before, 1e-300))
-    return float(rise[acts(sums, mine)].max(initial=0.0))
+    return float(rise[acts(sums, mine, whole.solution.theta, before)].max(initial=0.0))
 
 
 def takes_half(whole: Fit, label: str) -> bool:

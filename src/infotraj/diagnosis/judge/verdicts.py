@@ -19,8 +19,7 @@ from infotraj.diagnosis.select.search import Fit, Search
 
 CONFIDENT = ("Supported", "Not separable")
 MATTERS = 0.05  # rise of the squared error, in units of the floor, below which an effect does not matter
-_SHARE = 0.05  # of what is explained at all, below which an effect is negligible,
-_LARGE = 1.0  # unless without it the error that is left doubles
+TELLS = float(np.log(1.2))  # by which the error on flights not fitted falls for what is named: by a sixth of one axis
 _LIKELY = 0.5
 SURE = 0.95  # probability that an effect is needed, and share of resamples that must need it
 _CHANGES = 1.0  # form error with which a number changes by as much as it is large
@@ -110,11 +109,15 @@ class Judge:
 
     def _doubt(self, m: Member, e: Evidence) -> tuple[str | None, str]:
         """Why a member of the set is not named with confidence: verdict and reason, (None, "") where it is."""
-        # What takes nothing off flights that were not fitted is negligible, however sure the numbers are.
-        small = e.rise < self.matters or e.share == 0.0 or (e.share < _SHARE and e.rise < _LARGE)
         half = takes_half(self.whole, m.candidate.label)
-        if small and not half:
-            return "Not needed", "real, but negligible beside what the vehicle file is off by"
+        if e.rise < self.matters and not half:
+            return "Not needed", "real, but negligible"
+        # Physics without a name is there in every second: what resembles it a little is sure, and predicts little.
+        if e.gain < TELLS and not half:
+            return (
+                "Plausible",
+                f"it takes {max(1.0 - np.exp(-e.gain), 0.0):.0%} of the error off flights that were not fitted",
+            )
         # What takes half of an error off flights that were not fitted is named, though the file could be that far off.
         if e.probability < (_LIKELY if half else SURE) or e.selected < SURE:
             chance = f"{e.probability:.0%} probable, better on {e.selected:.0%} of the resamples"

@@ -230,6 +230,7 @@ def _effect(f: Finding, usual: dict[str, Any] | None) -> dict[str, Any]:
         "rise": _number(e.rise) if e else None,
         "probability": _number(e.probability) if e else None,
         "form_error": _number(e.form_error) if e else None,
+        "gain": _number(e.gain) if e else None,
         "parameters": fitted,
         "standard_errors": f.standard_errors,
         "reason": f.reason or None,
