@@ -323,9 +323,12 @@ def _demoted(findings: Sequence[Finding], made: Given) -> tuple[Finding, ...] | 
     for f in findings:
         if f.verdict in CONFIDENT and f.name in by_name:
             f = replace(f, verdict="Plausible", group=(f.name,), reason=by_name[f.name])
-        elif f.verdict in CONFIDENT and by_name.keys() & set(f.group):
+        elif f.verdict in CONFIDENT and by_name.keys() & (old := set(f.group)):
             group = tuple(n for n in f.group if n not in by_name)
-            f = replace(f, group=group, verdict=f.verdict if len(group) > 1 else "Supported")
+            f = replace(f, group=group)
+            if len(group) == 1:
+                gone = next(n for n in by_name if n in old)
+                f = replace(f, verdict="Plausible", reason=f"these flights cannot tell it from {gone}: {by_name[gone]}")
         out.append(f)
     return tuple(out)
 
