@@ -1,11 +1,11 @@
 """The model that is given: what is named is added, and flights that were not fitted are predicted better for it.
 
-Numbers are fitted beside the file as it is, as far as they can take along what the file is off by; where an axis would
-be predicted worse for that they stay as found beside the file's own errors. Where these flights show thrust over mass
-to be off, `thrust_scale` or `mass_offset` corrects it in the model if that predicts better: nearly every force is told
-beside the thrust, and a fall of it with the voltage is none beside a file that is right at half of the charge. A number
-with which an axis is still predicted worse stays absent where it spoils more than it mends: what a wrong file has
-cancelled by chance on one axis is no reason against a number that takes most of the error off another.
+Numbers are fitted beside the file as it is, as far as they can take along what the file is off by. Where these flights
+show thrust over mass to be off, `thrust_scale` or `mass_offset` corrects it in the model if that predicts better:
+nearly every force is told beside the thrust, and a fall of it with the voltage is none beside a file that is right at
+half of the charge. A number with which an axis is still predicted worse stays absent where it spoils more than it
+mends: what a wrong file has cancelled by chance on one axis is no reason against a number that takes most of the error
+off another.
 """
 
 from __future__ import annotations
@@ -54,11 +54,6 @@ def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
         made = _as_found(search, whole, labels) if inside else search.fitted(labels, whole, Scales(0.0))
     else:
         made = search.fitted(labels, whole, Scales(0.0))
-        if inside:
-            found = _as_found(search, whole, labels)
-            ended = bool(beyond_bounds(made.members, vehicle)) and not beyond_bounds(found.members, vehicle)
-            if ended or _net(_shares(found)) < _net(_shares(made)):
-                made = found
         for name in _ratio(search, whole, labels):
             right = search.fitted([*labels, name], whole, Scales(0.0), _ROUNDS)
             ended = bool(beyond_bounds(right.members, vehicle)) and not beyond_bounds(made.members, vehicle)
