@@ -122,6 +122,13 @@ matters_option = click.option(
     show_default=True,
     help="Rise of the squared error, in units of the floor, below which an effect is negligible.",
 )
+seconds_option = click.option(
+    "--seconds",
+    type=click.FloatRange(min=1),
+    default=360.0,
+    show_default=True,
+    help="Of all flights together that are used at most: of each the part that moves most.",
+)
 quiet_option = click.option("-q", "--quiet", is_flag=True, help="No messages.")
 
 

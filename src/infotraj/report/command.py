@@ -19,6 +19,7 @@ from infotraj.options import (
     reference_option,
     save_model_option,
     say,
+    seconds_option,
     seed_option,
 )
 from infotraj.progress import waiting
@@ -37,6 +38,7 @@ from infotraj.progress import waiting
 @save_model_option
 @matters_option
 @effects_from_option
+@seconds_option
 @reading_options()
 @seed_option("Of the resamples and surrogates.")
 @quiet_option
@@ -51,6 +53,7 @@ def report_command(
     save_model: Path | None,
     matters: float,
     effects_from: tuple[Path, ...],
+    seconds: float,
     reading: Reading,
     seed: int,
     quiet: bool,
@@ -84,6 +87,7 @@ def report_command(
         save_model=save_model,
         effects_from=effects_from,
         reading=reading,
+        seconds=seconds,
     )
     used = asked.flights.flights
     say(quiet, f"diagnosing {len(used)} flights, {sum(len(f.t) for f in used)} rows")

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+
+import click
 
 from infotraj.comparing import files
 from infotraj.diagnosis.diagnosis import Diagnosis, diagnose
 from infotraj.diagnosis.gates.level import as_level
 from infotraj.diagnosis.gates.observing import observe
+from infotraj.diagnosis.report.parts import SECONDS, parts
 from infotraj.diagnosis.report.saving import refuse_overwriting, save_diagnosed
 from infotraj.errors import UsageError, problem
 from infotraj.flight import Flight
@@ -64,8 +67,12 @@ def ask(
     save_model: Path | None,
     effects_from: tuple[Path, ...],
     reading: Reading,
+    seconds: float = SECONDS,
 ) -> Asked:
-    """Reads a model and flights and lets in what can be used. UsageError, InputError: in one line what cannot be."""
+    """Reads a model and flights and lets in what can be used; of flights longer than `seconds` together a part.
+
+    UsageError, InputError: in one line what cannot be.
+    """
     start, stop = reading.start, reading.stop
     files.require_order(start, stop)
     refuse_overwriting(save_model, model)
@@ -79,7 +86,11 @@ def ask(
     use = usable(read, start, stop, bool(reference))
 
     def admitted(paths: Sequence[Path]) -> files.Admitted[None]:
-        return files.admitted(paths, read.vehicle, use, reading)
+        let_in = files.admitted(paths, read.vehicle, use, reading)
+        used, cut = parts(let_in.flights, seconds, start, stop)
+        for line in cut:
+            click.echo(line, err=True)
+        return replace(let_in, flights=used)
 
     let_in = admitted(flights)
     healthy = admitted(reference).flights if reference else []

@@ -22,6 +22,7 @@ from infotraj.options import (
     reference_option,
     save_model_option,
     say,
+    seconds_option,
     seed_option,
     verbose_option,
 )
@@ -41,6 +42,7 @@ _VERBOSE = verbose_option("Every effect, and what the search did.")
 @recording_option
 @json_option
 @effects_from_option
+@seconds_option
 @reading_options()
 @_SEED
 @quiet_option
@@ -55,6 +57,7 @@ def diagnose_command(
     recording: Path | None,
     json_file: Path | None,
     effects_from: tuple[Path, ...],
+    seconds: float,
     reading: Reading,
     seed: int,
     quiet: bool,
@@ -76,6 +79,7 @@ def diagnose_command(
         save_model=save_model,
         effects_from=effects_from,
         reading=reading,
+        seconds=seconds,
     )
     used = asked.flights.flights
     with waiting(f"diagnosing {len(used)} flights, {sum(len(f.t) for f in used)} rows"):
