@@ -100,6 +100,21 @@ def test_a_bad_table_is_named_in_one_line(change, says):
     assert "\n" not in str(caught.value)
 
 
+def test_a_csv_whose_last_row_was_cut_is_one_line_that_says_what_to_do(tmp_path):
+    path = tmp_path / "a.csv"
+    Flight(pd.DataFrame({"t": np.arange(50.0), "px": 0.5, "py": 0.25})).write(path)
+    whole = path.read_text()
+    path.write_text(whole[: whole.rstrip().rindex(",")])
+    with pytest.raises(InputError, match=r"the last row has 2 fields; expected 3.*--allow-damaged") as caught:
+        read_flight(path)
+    assert "\n" not in str(caught.value)
+    path.write_text(whole.replace("\n7,0.5,0.25", "\n7,0.5"))
+    with pytest.raises(InputError, match="row 8 has 2 fields; expected 3"):
+        read_flight(path)
+    path.write_text(whole + "\n")
+    assert len(read_flight(path).t) == 50
+
+
 @pytest.mark.parametrize("name", ["empty.csv", "empty.parquet", "noise.csv", "noise.parquet", "cut.parquet"])
 def test_a_broken_file_is_one_line(tmp_path, name):
     path = tmp_path / name

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -18,6 +19,7 @@ import yaml
 from infotraj.digest import sha256 as sha256
 from infotraj.errors import InputError, problem
 from infotraj.rotations import Array
+from infotraj.text_rows import header, row_delimiters, uneven_row
 
 POSITION = ("px", "py", "pz")
 ATTITUDE = ("qw", "qx", "qy", "qz")
@@ -135,6 +137,7 @@ def read_flight(path: str | Path) -> Flight:
             # The columns say all: what pandas wrote beside them may be damaged, and is not needed.
             table = arrow.replace_schema_metadata(None).to_pandas()
         elif path.suffix == ".csv":
+            _require_even(path)
             table = pd.read_csv(path)
             meta = yaml.safe_load(_meta_path(path).read_text()) if _meta_path(path).is_file() else {}
         else:
@@ -154,6 +157,19 @@ def read_flight(path: str | Path) -> Flight:
         ) from error
     meta = {**meta, "source": str(path)} if isinstance(meta, dict) else {"source": str(path)}
     return Flight(table, meta)
+
+
+def _require_even(path: Path) -> None:
+    """InputError where a row of a CSV has more or fewer fields than its header."""
+    delimiter, names = header(path)
+    expected = row_delimiters(path, delimiter, len(names))
+    uneven = uneven_row(path, delimiter, expected)
+    if uneven is not None:
+        row, fields, is_last = uneven
+        where = "the last row" if is_last else f"row {row}"
+        left = f"infotraj import {shlex.quote(str(path))} --allow-damaged -o NEW.parquet"
+        remedy = f"Copy it again, or take what is left of it: {left}" if is_last else "Write it again."
+        raise InputError(problem(f"{path}: {where} has {fields} fields", f"{expected + 1}", remedy))
 
 
 def check_table(table: pd.DataFrame, source: str) -> None:

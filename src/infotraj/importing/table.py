@@ -13,7 +13,8 @@ from infotraj.errors import InputError, problem
 from infotraj.importing.log import Request, Samples, Topic, reading, what_is_left
 from infotraj.importing.table_cells import list_length, list_numbers, numbers_of
 from infotraj.importing.table_format import SPACE, TableFormat, TextLines
-from infotraj.importing.table_lines import header, is_spaced, laid_out_header, row_delimiters, uneven_row
+from infotraj.importing.table_lines import is_spaced, laid_out_header
+from infotraj.text_rows import header, row_delimiters, uneven_row
 
 _CHUNK = 200_000
 _EXPECTED = "a CSV or Parquet table with one header line"
