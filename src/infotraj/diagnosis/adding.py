@@ -1,4 +1,5 @@
-"""Adds named effects to a model, fitted to flights, whether the flights need them or not."""
+"""Adds named effects to a model, fitted to flights, whether the flights need them or not; thrust over mass is corrected
+as in the model that `diagnose` gives."""
 
 from __future__ import annotations
 
@@ -14,12 +15,13 @@ from infotraj.comparing.statistics import Statistics
 from infotraj.diagnosis.diagnosis import held_members
 from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.gates.observing import observe
+from infotraj.diagnosis.judge.giving import given
 from infotraj.diagnosis.judge.numbers import fitted_numbers
 from infotraj.diagnosis.linear.candidates import candidates
 from infotraj.diagnosis.select.bounds import beyond_bounds
-from infotraj.diagnosis.select.prior import file_only, is_file_number
+from infotraj.diagnosis.select.prior import Scales, file_only, is_file_number
 from infotraj.diagnosis.select.reading import as_commanded
-from infotraj.diagnosis.select.search import Search
+from infotraj.diagnosis.select.search import Fit, Search
 from infotraj.diagnosis.select.swinging import swung
 from infotraj.dynamics.inputs import for_vehicle
 from infotraj.effects import catalogue, effect_class
@@ -33,7 +35,8 @@ class Added:
     """A model with effects added: their names, standard errors of all its effects, equation error before and after.
 
     ended: effects whose numbers stopped at a physical bound, and how; command_steps: that commands were taken to make
-    from row to row, 1 where they were held; accepted: findings about the flights that the user overruled.
+    from row to row, 1 where they were held; accepted: findings about the flights that the user overruled; beside: names
+    of effects that nobody asked for and that correct the file, last in the model.
     """
 
     model: Model
@@ -44,16 +47,20 @@ class Added:
     ended: dict[str, str]
     command_steps: int = 1
     accepted: tuple[dict[str, Any], ...] = ()
+    beside: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
-        """JSON: effects with parameters and standard errors, errors before and after."""
+        """JSON: effects with parameters and standard errors, what corrects the file apart; errors before and after."""
         from infotraj.diagnosis.report.saving import axes
 
+        every = [
+            {"name": e.name, "parameters": e.values, "standard_errors": s}
+            for e, s in zip(self.model.effects, self.errors, strict=True)
+        ]
+        own = len(every) - len(self.beside)
         return {
-            "effects": [
-                {"name": e.name, "parameters": e.values, "standard_errors": s}
-                for e, s in zip(self.model.effects, self.errors, strict=True)
-            ],
+            "effects": every[:own],
+            "corrected": every[own:],
             "error": {
                 "before": axes(self.before.rmse),
                 "after": axes(self.after.rmse),
@@ -68,7 +75,8 @@ class Added:
         """A line an effect, then a line an axis."""
         lines = []
         for e, s in zip(self.model.effects, self.errors, strict=True):
-            lines.append(f"{e.name}: {', '.join(_number(k, v, s.get(k)) for k, v in e.values.items())}")
+            said = f"{e.name}: {', '.join(_number(k, v, s.get(k)) for k, v in e.values.items())}"
+            lines.append(f"{said}; it corrects the file" if e.name in self.beside else said)
         for label, how in self.ended.items():
             lines.append(
                 f"WARNING {label}: {how}: no measured number, the truth may lie beyond; something else is missing"
@@ -121,11 +129,14 @@ def add(
     every = (*chosen, *beside)
     first = swung(as_commanded(observe(model, flights, start, stop), held, every), every)
     search = Search(first.observation, every, held)
-    made = search.named(first, [c.label for c in chosen])
     asked = [c.label for c in chosen]
-    numbers = dict(zip((m.candidate.label for m in made.members), fitted_numbers(made), strict=True))
-    # As they stand in the model, then as they were asked for.
-    members = sorted(made.members, key=lambda m: -1 if m.held else asked.index(m.candidate.label))
+    found = search.named(first, asked)
+    made, corrects = _given(search, found, asked)
+    # Beside a file that is taken as exact every number would be too sure.
+    numbers = {m.candidate.label: n for f in (made, found) for m, n in zip(f.members, fitted_numbers(f), strict=True)}
+    # As they stand in the model, then as they were asked for, then what corrects the file.
+    order = [*asked, *corrects]
+    members = sorted(made.members, key=lambda m: -1 if m.held else order.index(m.candidate.label))
     new = Model(vehicle, [m.effect for m in members])
     return Added(
         new,
@@ -136,7 +147,17 @@ def add(
         beyond_bounds(made.members, vehicle),
         max(command_steps(s.flight) for s in search.observation.samples),
         tuple(accepted_in(flights)),
+        tuple(label.split()[0] for label in corrects),
     )
+
+
+def _given(search: Search, found: Fit, asked: Sequence[str]) -> tuple[Fit, tuple[str, ...]]:
+    """The model that is given of what was found beside the file's own errors, as `diagnose` gives it, and labels of
+    what corrects the file in it. What was asked for stays whole, even where flights are predicted worse for it."""
+    made = given(search, found, asked)
+    if not (made.lost or made.held_back):
+        return made.fit, made.beside
+    return search.fitted([*asked, *made.beside], found, Scales(0.0)), made.beside
 
 
 def _number(name: str, value: Any, error: Any) -> str:

@@ -30,8 +30,7 @@ def save_diagnosed(
 ) -> None:
     """The model with the supported effects; the model as it was where there are none."""
     note = f"diagnose: {', '.join(found.supported)}" if found.supported else "diagnose: no effect supported"
-    note += f"; the file corrected by {', '.join(found.beside)}" if found.beside else ""
-    note += _read(found.command_steps)
+    note += _corrected(found.beside) + _read(found.command_steps)
     errors = found.errors_of or [e.standard_errors for e in content.effects]
     said = (found.accepted, found.at_bound)
     _save(found.model, path, parent, flights, errors, found.before, found.after, note, *said)
@@ -39,9 +38,13 @@ def save_diagnosed(
 
 def save_added(made: Added, path: Path, *, parent: Path, flights: Sequence[Flight]) -> None:
     """The model with the effects that were asked for."""
-    note = f"add: {', '.join(made.names)}{_read(made.command_steps)}"
+    note = f"add: {', '.join(made.names)}{_corrected(made.beside)}{_read(made.command_steps)}"
     said = (made.accepted, made.ended)
     _save(made.model, path, parent, flights, made.errors, made.before, made.after, note, *said)
+
+
+def _corrected(beside: Sequence[str]) -> str:
+    return f"; the file corrected by {', '.join(beside)}" if beside else ""
 
 
 def _read(steps: int) -> str:
