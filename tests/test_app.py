@@ -1,5 +1,6 @@
 """The app: its whole way in a browser, hostile requests, and windows that do not disturb each other."""
 
+import base64
 import http.client
 import json
 import os
@@ -473,3 +474,98 @@ def test_a_ros_2_bag_is_a_folder_and_one_log(server, tmp_path):
     part.symlink_to(tmp_path / part.name)
     assert not [r for r in server.state(window)["listed"] if r["kind"] == "log"]
     assert server.act(window, "check", name="run.1")[0] == 400
+
+
+@pytest.fixture
+def bag(tmp_path):
+    flight = read_flight(QUAD / "flight_0.parquet")
+    for axis in "xyz":  # the writer's messages hold velocities, too
+        flight.table[f"v{axis}"] = np.gradient(flight.table[f"p{axis}"], flight.t)
+    write_bag2(flight, tmp_path / "run.1")
+    return tmp_path / "run.1"
+
+
+def test_a_bag_is_dropped_as_a_folder_or_chosen_and_becomes_a_flight(server, chromium, bag, tmp_path):
+    tab = chromium.new_page()
+    complaints = []
+    tab.on("pageerror", lambda e: complaints.append(str(e)))
+    tab.goto(server.address)
+    tab.locator("#choose-folder").set_input_files(bag)
+    tab.locator("tr[data-name='run.1.parquet'] .passed").wait_for(timeout=60000)
+    assert tab.locator("tr[data-name='run.1.parquet'] input").first.is_checked()
+    # What a browser hands over of a dropped folder: entries, read in turns until nothing comes.
+    tab.evaluate(
+        """async (names) => {
+      const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+      const made = names.map(([name, text]) => new File([bytes(text)], name));
+      const files = made.map((file) => ({isFile: true, name: file.name, file: (take) => take(file)}));
+      const turns = [files.slice(0, 1), files.slice(1), []];
+      const folder = {isFile: false, name: "run.1", createReader: () => ({readEntries: (take) => take(turns.shift())})};
+      const event = new Event("drop", {cancelable: true});
+      event.dataTransfer = {items: [{webkitGetAsEntry: () => folder}], files: []};
+      document.getElementById("drop").dispatchEvent(event);
+    }""",
+        [[p.name, base64.b64encode(p.read_bytes()).decode()] for p in sorted(bag.iterdir(), reverse=True)],
+    )
+    tab.locator("tr[data-name='run-2.1.parquet'] .passed").wait_for(timeout=60000)
+    assert sorted(p.name for p in (server.folder / "run-2.1").iterdir()) == sorted(p.name for p in bag.iterdir())
+    # Another folder: what can be read of it, and no word of the rest.
+    other = tmp_path / "day"
+    other.mkdir()
+    shutil.copy(QUAD / "vehicle.yaml", other)
+    (other / "notes.pdf").write_bytes(b"%PDF")
+    tab.locator("#choose-folder").set_input_files(other)
+    tab.locator("#model-said:not(:empty)").wait_for(timeout=60000)
+    assert tab.locator("#error").is_hidden()
+    assert not complaints
+
+
+def test_a_bag_comes_with_its_metadata_first_and_names_that_are_only_names(tmp_path, bag):
+    folder = tmp_path / "flights"
+    folder.mkdir()
+    server = Server(folder, "--upload-limit", "1")
+    (part,) = bag.glob("*.mcap")
+    metadata = (bag / "metadata.yaml").read_bytes()
+    window = server.window()
+
+    def sent(name, content):
+        return server.ask("POST", f"{window}/upload?bag&name={quote(name, safe='')}", content)[0]
+
+    assert sent(part.name, b"x") == 400  # no metadata
+    assert server.act(window, "bag", name="run")[0] == 400
+    assert sent("metadata.yaml", metadata) == 200
+    for name in ("../x.mcap", "a/b.mcap", "x.py", "x .mcap", "..mcap"):
+        assert sent(name, b"x") == 400, name
+    assert server.act(window, "bag", name="run")[0] == 400  # no part
+    assert sent("metadata.yaml", metadata) == 200
+    assert sent(part.name, bytes(700_000)) == 200
+    assert sent("second.mcap", bytes(700_000)) in (400, 413)  # all of it counts
+    assert list(folder.glob("[!.]*")) == []
+    status, said = server.act(window, "bag", name="../../run of today")
+    assert (status, said["name"]) == (200, "run_of_today")
+    assert sorted(p.name for p in (folder / "run_of_today").iterdir()) == sorted(["metadata.yaml", part.name])
+    assert server.act(window, "bag", name="run")[0] == 400  # it is taken once
+    server.close()
+
+
+def test_a_log_is_checked_for_the_vehicle_that_is_chosen(server, chromium):
+    from playwright.sync_api import expect
+
+    shutil.copy(QUAD / "flight_0.parquet", server.folder)
+    shutil.copy(QUAD / "vehicle.yaml", server.folder / "a.yaml")
+    shutil.copy(TOP / "config/vehicles/acsl_x8.yaml", server.folder / "b.yaml")
+    tab = chromium.new_page()
+    tab.goto(server.address)
+    tab.locator("#model").select_option("a.yaml")
+    row = tab.locator("tr[data-name='flight_0.parquet']")
+    row.get_by_role("button").click()
+    expect(row.locator("summary")).to_have_text("passed for a.yaml", timeout=60000)
+    tab.get_by_label("Ask flight_0.parquet").check()
+    tab.locator("#model").select_option("b.yaml")
+    # Of another vehicle it is rejected, and asked again as soon as the right one is chosen.
+    expect(row.locator("summary")).to_have_text("rejected for b.yaml", timeout=60000)
+    assert "8 rotors" in row.locator("pre").inner_text()
+    expect(row.locator("input")).to_have_count(0)
+    tab.locator("#model").select_option("a.yaml")
+    expect(row.locator("summary")).to_have_text("passed for a.yaml", timeout=60000)
+    expect(tab.get_by_label("Ask flight_0.parquet")).to_be_checked()

@@ -103,6 +103,17 @@ class Folder:
             os.replace(part, path)
             return path
 
+    def take_folder(self, part: Path, name: str) -> Path:
+        """The same of a finished folder."""
+        while True:
+            path = self.free(_plain(name) or "bag")
+            try:
+                path.mkdir()
+            except FileExistsError:
+                continue
+            os.replace(part, path)
+            return path
+
     def close(self) -> None:
         """Removes what the server wrote for itself."""
         shutil.rmtree(self.work, ignore_errors=True)
@@ -131,8 +142,13 @@ def safe_name(name: str, suffixes: tuple[str, ...]) -> str:
         raise UsageError(
             problem(f"a file with {suffix[:20] or 'no suffix'}", ", ".join(suffixes), "Rename it by what it holds.")
         )
-    stem = re.sub(r"[^A-Za-z0-9._-]+", "_", last[: -len(suffix)]).strip("._-")
-    return (stem or "file")[:_LONGEST] + suffix
+    return (_plain(last[: -len(suffix)]) or "file") + suffix
+
+
+def _plain(name: str) -> str:
+    """The last part of a name, of letters, digits, `.`, `_` and `-`; nothing where none is left."""
+    last = name.replace("\\", "/").rsplit("/", 1)[-1]
+    return re.sub(r"[^A-Za-z0-9._-]+", "_", last).strip("._-")[:_LONGEST]
 
 
 def is_mapping(path: Path) -> bool:
@@ -146,7 +162,7 @@ def is_mapping(path: Path) -> bool:
 
 def _kind(path: Path) -> str | None:
     if path.is_dir():
-        return "log" if _is_bag(path) else None
+        return "log" if is_bag(path) else None
     suffix = path.suffix.lower()
     if suffix in MODELS:
         if path.name.endswith((".meta.yaml", "_metadata.yaml")):
@@ -165,7 +181,7 @@ def _is_reference(path: Path) -> bool:
         return False
 
 
-def _is_bag(folder: Path) -> bool:
+def is_bag(folder: Path) -> bool:
     """A folder that a ROS 2 recorder wrote: its metadata, and parts that lie in it and nowhere else."""
     parts = _inside(folder)
     held = {p.suffix for p in parts if p.is_file()}

@@ -1,7 +1,7 @@
 """One file that was dropped or chosen, looked at in a process of its own: a broken one cannot hurt the server.
 
-`python -m infotraj.app.receiving FILE [--mapping NAME] [--fix]`, run in the app's folder: standard output ends with one
-line of JSON.
+`python -m infotraj.app.receiving FILE [--mapping NAME] [--model FILE] [--fix]`, run in the app's folder: the last line
+that it prints is JSON.
 """
 
 from __future__ import annotations
@@ -15,17 +15,20 @@ import yaml
 
 from infotraj.app.folder import is_mapping
 from infotraj.errors import InfotrajError, InputError, UsageError, problem
+from infotraj.vehicle import Vehicle
 
 _DEEPEST = 8  # mappings that extend one another
 
 
-def received(path: Path, mapping: str | None = None) -> dict[str, Any]:
+def received(path: Path, mapping: str | None = None, model: Path | None = None) -> dict[str, Any]:
     """What a file of the working directory holds and what `check` says of it; a log is imported beside itself.
 
-    mapping: a shipped one by its name, or a file of the working directory; None: the one that is recognised.
+    mapping: a shipped one by its name, or a file of the working directory; None: the one that is recognised. model: of
+    the vehicle that flew; None, or one that cannot be read: any vehicle.
     Gives name: the flight or model that can be used, None where there is none; outcome, report: for people; fix: what
     the findings say to set, empty where no setting would mend them; mapping, as given; mappings: the shipped ones that
-    read this kind of log, where the log was not usable by the mapping that it was read with.
+    read this kind of log, where the log was not usable by the mapping that it was read with; model: the one that the
+    log was held against, or None.
     """
     if path.suffix.lower() in (".yaml", ".yml"):
         return _mapping(path) if is_mapping(path) else _model(path)
@@ -34,11 +37,13 @@ def received(path: Path, mapping: str | None = None) -> dict[str, Any]:
 
     _require_inside(mapping)
     is_table = mapping is None and _is_table(path)
+    vehicle = _vehicle(model)
     try:
-        (check,) = check_logs([path], mapping)
+        (check,) = check_logs([path], mapping, vehicle)
     except UsageError as error:  # of the mapping; another may do
         return {**_refused(error), "mappings": _readers(path)}
     found = {"name": str(path), "outcome": check.outcome, "report": as_text(check, details=True), "mapping": mapping}
+    found["model"] = str(model) if vehicle is not None else None
     found["fix"] = [s for f in check.findings if f.counts != "note" for s in f.settings]
     if check.outcome == "rejected":
         return found | {"name": None, "mappings": [] if is_table else _readers(path)}
@@ -48,7 +53,7 @@ def received(path: Path, mapping: str | None = None) -> dict[str, Any]:
     return found | {"name": str(target), "report": f"imported as {target}\n{found['report']}"}
 
 
-def mended(path: Path, mapping: str | None = None) -> dict[str, Any]:
+def mended(path: Path, mapping: str | None = None, model: Path | None = None) -> dict[str, Any]:
     """The same of a log once `import --fix` has mended it: written to a new table beside it, and that one checked.
 
     name is None, and nothing is written, where no setting makes it usable.
@@ -71,7 +76,8 @@ def mended(path: Path, mapping: str | None = None) -> dict[str, Any]:
     try:
         flight.write(target)
         save_extension(mapping or flight.meta["mapping"], fix.settings, saved)
-        (check,) = check_logs([target])
+        vehicle = _vehicle(model)
+        (check,) = check_logs([target], vehicle=vehicle)
     except BaseException:
         target.unlink()
         saved.unlink()
@@ -81,7 +87,8 @@ def mended(path: Path, mapping: str | None = None) -> dict[str, Any]:
         target.unlink()
         saved.unlink()
         return {"name": None, "outcome": "rejected", "report": f"still rejected, so it is not kept\n{report}"}
-    return {"name": str(target), "outcome": check.outcome, "report": report}
+    against = str(model) if vehicle is not None else None
+    return {"name": str(target), "outcome": check.outcome, "report": report, "model": against}
 
 
 def _is_table(path: Path) -> bool:
@@ -196,6 +203,19 @@ def _model(path: Path) -> dict[str, Any]:
     return {"name": str(path), "outcome": "passed", "report": said}
 
 
+def _vehicle(model: Path | None) -> Vehicle | None:
+    """The vehicle of a model of the folder; what is wrong with a model is said in its own place."""
+    try:
+        if model is None:
+            return None
+        _model(model)  # nothing outside the folder is read
+        from infotraj.models.file import read_model
+
+        return read_model(model)[0].vehicle
+    except InfotrajError:
+        return None
+
+
 def _refused(error: InfotrajError) -> dict[str, Any]:
     return {"name": None, "outcome": "rejected", "report": f"{error}"}
 
@@ -205,10 +225,11 @@ def main() -> None:
     words = argparse.ArgumentParser()
     words.add_argument("file", type=Path)
     words.add_argument("--mapping")
+    words.add_argument("--model", type=Path)
     words.add_argument("--fix", action="store_true")
     asked = words.parse_args()
     try:
-        answer = mended(asked.file, asked.mapping) if asked.fix else received(asked.file, asked.mapping)
+        answer = (mended if asked.fix else received)(asked.file, asked.mapping, asked.model)
     except InfotrajError as error:
         answer = _refused(error)
     print(json.dumps(answer))

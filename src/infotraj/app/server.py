@@ -17,6 +17,7 @@ import tornado.httpserver
 import tornado.netutil
 import tornado.web
 
+from infotraj.app.dropped_bag import METADATA
 from infotraj.app.folder import FLIGHTS, LOGS, MODELS, Folder, open_folder, safe_name
 from infotraj.app.viewer import PARTS
 from infotraj.app.window import Window
@@ -129,7 +130,8 @@ class State(Handler):
     """What the window shows."""
 
     def get(self, key: str) -> None:
-        self.finish(self.window(key).shown() | {"upload_limit": self.app.upload_limit})
+        told = {"upload_limit": self.app.upload_limit, "suffixes": FLIGHTS + LOGS + MODELS}
+        self.finish(self.window(key).shown() | told)
 
 
 class Action(Handler):
@@ -148,9 +150,12 @@ class Action(Handler):
             raise tornado.web.HTTPError(400)
         try:
             if what == "check":
-                window.receive(body.get("name"), body.get("mapping"))
+                window.receive(body.get("name"), body.get("mapping"), body.get("model"))
             elif what == "fix":
-                window.fix(body.get("name"))
+                window.fix(body.get("name"), body.get("model"))
+            elif what == "bag":
+                self.finish({"name": window.bag.into(self.app.folder, str(body.get("name")))})
+                return
             elif what == "diagnose":
                 window.diagnose(body.get("model"), lists["flights"], lists["healthy"])
             elif what == "save":
@@ -170,14 +175,18 @@ class Action(Handler):
 
 @tornado.web.stream_request_body
 class Upload(Handler):
-    """A log or a model that was dropped: written as it comes, to a name that is ours."""
+    """A log or a model that was dropped, or a file of a bag: written as it comes, to a name that is ours."""
 
     def prepare(self) -> None:
         self.part: Path | None = None
         super().prepare()
         window = self.window(self.path_args[0])
-        self.name = safe_name(self.get_query_argument("name", ""), FLIGHTS + LOGS + MODELS)
+        name = self.get_query_argument("name", "")
+        self.bag = window.bag if self.get_query_argument("bag", None) is not None else None
+        self.name = self.bag.named(name) if self.bag else safe_name(name, FLIGHTS + LOGS + MODELS)
         self.limit = _SMALL if self.name.endswith(MODELS) else self.app.upload_limit
+        if self.bag is not None and self.name != METADATA:
+            self.limit = max(self.limit - self.bag.size, 0)
         if int(self.request.headers.get("Content-Length", "0")) > self.limit:
             raise UsageError(self._too_large())
         self.request.connection.set_max_body_size(self.limit)
@@ -194,8 +203,11 @@ class Upload(Handler):
     def post(self, key: str) -> None:
         self.file.close()
         assert self.part is not None
-        path = self.app.folder.take(self.part, self.name)
-        self.finish({"name": path.name})
+        if self.bag is not None:
+            self.bag.take(self.part, self.name)
+            self.finish({"name": self.name})
+            return
+        self.finish({"name": self.app.folder.take(self.part, self.name).name})
 
     def on_finish(self) -> None:
         self._drop()
@@ -263,7 +275,7 @@ def handlers(app: App) -> tornado.web.Application:
             (key + r"/report", Report, own),
             (key + r"/upload", Upload, own),
             (key + r"/viewer/([A-Za-z0-9_.-]*)", View, own),
-            (key + r"/(check|fix|diagnose|save|design|record|cancel)", Action, own),
+            (key + r"/(check|fix|bag|diagnose|save|design|record|cancel)", Action, own),
         ],
         default_handler_class=_Nothing,
         default_handler_args=own,

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from infotraj.app.dropped_bag import DroppedBag
 from infotraj.app.folder import MODELS, Folder, safe_name
 from infotraj.app.job import Job
 from infotraj.app.viewer import Viewer
@@ -16,7 +17,12 @@ from infotraj.errors import UsageError, problem
 
 _MOST_FLIGHTS = 100
 _PLAIN = re.compile(r"[0-9.x]{1,30}")  # numbers, as the command reads them
-_UNKNOWN: dict[str, Any] = {"fix": [], "mapping": None, "mappings": []}  # of a file of which that was not said
+_UNKNOWN: dict[str, Any] = {
+    "fix": [],
+    "mapping": None,
+    "mappings": [],
+    "model": None,
+}  # of a file of which that was not said
 
 
 class Window:
@@ -26,6 +32,7 @@ class Window:
         self.key, self.folder = key, folder
         self.work = folder.work / key
         self.work.mkdir()
+        self.bag = DroppedBag(folder.work / f"{key}.bag")
         self.job: Job | None = None
         self.asked: dict[str, Any] | None = None
         self.answer: dict[str, Any] | None = None
@@ -56,10 +63,11 @@ class Window:
             "viewer": self.viewer.address if self.viewer is not None and self.viewer.running else None,
         }
 
-    def receive(self, name: object, mapping: object = None) -> None:
+    def receive(self, name: object, mapping: object = None, model: object = None) -> None:
         """Looks at one file of the folder: a log is imported, everything is checked.
 
-        mapping: one that was offered for it, or a mapping file of the folder; None: the one that is recognised.
+        mapping: one that was offered for it, or a mapping file of the folder; None: the one that is recognised. model:
+        one of the folder, of the vehicle that flew; None: any vehicle.
         """
         path = self.folder.chosen(name, "flight", "log", "model", "mapping")
         offered = self.folder.remembered().get(str(path), {}).get("mappings", ())
@@ -73,9 +81,14 @@ class Window:
                 self._made(path, said)
 
         words = ["-m", "infotraj.app.receiving", _word(path), *(["--mapping", _word(Path(by))] if by else [])]
+        words += self._of(model)
         self._start(Job("check", words, self.folder.top, done))
 
-    def fix(self, name: object) -> None:
+    def _of(self, model: object) -> list[str]:
+        """Words that say which vehicle flew."""
+        return ["--model", _word(self.folder.chosen(model, "model"))] if model else []
+
+    def fix(self, name: object, model: object = None) -> None:
         """Mends a log as its findings say, in a new flight beside it, and checks that one."""
         path = self.folder.chosen(name, "flight", "log")
         stamp, before = self.folder.stamp(path), self.folder.remembered().get(str(path), {})
@@ -83,6 +96,7 @@ class Window:
             raise UsageError(problem(f"{path}: nothing to fix", "a finding that a setting mends", "Check it first."))
         words = ["-m", "infotraj.app.receiving", _word(path), "--fix"]
         words += ["--mapping", _word(Path(before["mapping"]))] if before["mapping"] else []
+        words += self._of(model)
 
         def done(job: Job) -> None:
             if job.state == "cancelled":

@@ -2,7 +2,7 @@
 (() => {
   const byId = (id) => document.getElementById(id);
   const asked = new Set(), healthy = new Set(), wanted = new Set(), queue = [], chosen = new Map();
-  let state = null, shown = "", answered = null, failed = null, timer = null;
+  let state = null, shown = "", answered = null, failed = null, timer = null, against = null;
   const steps = ["reading and checking", "diagnosing", "computing where it fails", "report.html"];
 
   function say(text) { byId("error").textContent = text || ""; byId("error").hidden = !text; }
@@ -22,9 +22,10 @@
     if (!reply || !reply.ok) { say("The server does not answer, or has begun anew. Open its address again."); timer = setTimeout(refresh, 3000); return; }
     state = await reply.json();
     draw();
-    if (!running() && queue.length) { const [what, body] = queue.shift(); await call(what, body); return; }
+    if (!running() && queue.length) { const [what, body] = queue.shift(); await call(what, {model: model(), ...body}); return; }
     timer = setTimeout(refresh, running() ? 400 : 4000);
   }
+  const model = () => byId("model").value || null;
   const running = () => state && state.job && state.job.state === "running";
 
   function cell(row, ...parts) { const td = document.createElement("td"); td.append(...parts); row.append(td); }
@@ -78,6 +79,16 @@
       if (state.listed.some((f) => f.name === made && f.kind === "flight") && !healthy.has(made)) asked.add(made);
     }
   }
+  // What was checked for another vehicle is checked again.
+  function recheck() {
+    if (model() === against) return;
+    against = model();
+    const flights = against ? state.listed.filter((f) => f.kind === "flight").map((f) => f.name) : [];
+    for (const name of flights) {
+      const said = state.files[name];
+      if (said && said.model !== against && !queue.some(([, body]) => body.name === name)) queue.push(["check", {name}]);
+    }
+  }
   function drawFiles() {
     follow();
     const key = JSON.stringify([state.listed, state.files, [...asked], [...healthy], running()]);
@@ -93,6 +104,7 @@
       head.scope = "row"; head.textContent = file.name; row.append(head);
       row.dataset.name = file.name;
       const elsewhere = said.name && said.name !== file.name;
+      if (refused && asked.has(file.name)) wanted.add(file.name);  // it may be one of another vehicle
       if (refused || elsewhere) { asked.delete(file.name); healthy.delete(file.name); }
       if (file.kind === "flight" && !refused && !elsewhere) { cell(row, box(asked, healthy, file.name, "Ask")); cell(row, box(healthy, asked, file.name, "Healthy")); }
       else for (let k = 0; k < 2; k++) { cell(row, "–"); row.lastChild.className = "none"; }
@@ -101,7 +113,8 @@
         outcome.className = said.outcome; outcome.textContent = said.outcome;
         const details = document.createElement("details"), summary = document.createElement("summary"), text = document.createElement("pre");
         const other = said.fixed || (elsewhere && said.name);
-        summary.append(outcome, other ? `, ${said.fixed ? "mended as" : "imported as"} ${other}` : "");
+        const flown = said.model ? ` for ${said.model}` : refused ? "" : ", without a vehicle";
+        summary.append(outcome, flown, other ? `, ${said.fixed ? "mended as" : "imported as"} ${other}` : "");
         text.textContent = said.report; details.append(summary, text);
         details.open = refused && !said.fixed;
         cell(row, details);
@@ -121,6 +134,7 @@
   function draw() {
     byId("folder").textContent = state.folder;
     drawFiles();
+    recheck();
     const said = state.files[byId("model").value];
     byId("model-said").textContent = said ? said.report : "";
     const job = state.job;
@@ -154,26 +168,67 @@
     answered = mark;
   }
   function ask(what, body) { queue.push([what, body]); if (!running()) refresh(); }
-  async function upload(files) {
-    for (const file of files) {
-      if (file.size > state.upload_limit) { say(`${file.name}: too large; expected at most ${state.upload_limit / 1e6} MB. Cut it.`); continue; }
-      say("");
-      const reply = await fetch(`upload?name=${encodeURIComponent(file.name)}`, {method: "POST", body: file}).catch(() => null);
-      const found = reply ? await reply.json().catch(() => ({})) : {};
-      if (!reply || !reply.ok) { say(found.error || `${file.name}: was not taken`); continue; }
+  async function send(file, more) {
+    if (file.size > state.upload_limit) { say(`${file.name}: too large; expected at most ${state.upload_limit / 1e6} MB. Cut it.`); return null; }
+    say("");
+    const reply = await fetch(`upload?name=${encodeURIComponent(file.name)}${more || ""}`, {method: "POST", body: file}).catch(() => null);
+    const found = reply ? await reply.json().catch(() => ({})) : {};
+    if (!reply || !reply.ok) { say(found.error || `${file.name}: was not taken`); return null; }
+    return found;
+  }
+  // A ROS 2 bag is a folder: its metadata first, then its parts, then all of it under one name.
+  async function sendBag(folder, files) {
+    const metadata = (f) => f.name === "metadata.yaml";
+    for (const file of [...files.filter(metadata), ...files.filter((f) => !metadata(f))]) if (!await send(file, "&bag")) return null;
+    return call("bag", {name: folder});
+  }
+  async function upload(dropped) {
+    const folders = new Map(), single = [];
+    for (const {folder, file} of dropped) {
+      if (!folder) single.push(file);
+      else folders.set(folder, [...(folders.get(folder) || []), file]);
+    }
+    const sent = [];
+    for (const [folder, files] of folders) {
+      const parts = files.filter((f) => f.name === "metadata.yaml" || /\.(mcap|db3)$/.test(f.name));
+      if (parts.length > 1 && parts.some((f) => f.name === "metadata.yaml")) sent.push(await sendBag(folder, parts));
+      else single.push(...files.filter((f) => state.suffixes.some((s) => f.name.toLowerCase().endsWith(s))));
+    }
+    if (dropped.length && !single.length && !sent.length) say("No log, flight or vehicle file is in that folder.");
+    const isModel = (file) => /\.ya?ml$/i.test(file.name);  // what a log is held against comes first
+    for (const file of [...single.filter(isModel), ...single.filter((f) => !isModel(f))]) sent.push(await send(file));
+    for (const found of sent.filter(Boolean)) {
       wanted.add(found.name);
       queue.push(["check", {name: found.name}]);
     }
     await refresh();
   }
+  async function inside(entry, folder) {
+    if (entry.isFile) return [{folder, file: await new Promise((take, fail) => entry.file(take, fail))}];
+    const reader = entry.createReader(), held = [];
+    for (;;) {
+      const some = await new Promise((take, fail) => reader.readEntries(take, fail));
+      if (!some.length) break;
+      held.push(...some);
+    }
+    return (await Promise.all(held.map((e) => inside(e, folder ? `${folder}/${entry.name}` : entry.name)))).flat();
+  }
   const drop = byId("drop");
-  for (const kind of ["dragover", "dragleave", "drop"]) drop.addEventListener(kind, (event) => {
+  for (const kind of ["dragover", "dragleave", "drop"]) drop.addEventListener(kind, async (event) => {
     event.preventDefault();
     drop.classList.toggle("over", kind === "dragover");
-    if (kind === "drop") upload([...event.dataTransfer.files]);
+    if (kind !== "drop") return;
+    const entries = [...event.dataTransfer.items].map((i) => i.webkitGetAsEntry()).filter(Boolean);
+    const held = entries.length ? entries.map((e) => inside(e, "")) : [[...event.dataTransfer.files].map((file) => ({folder: "", file}))];
+    const dropped = await Promise.all(held).catch((error) => { say(`It cannot be read: ${error.message || error}`); return []; });
+    await upload(dropped.flat());
   });
-  byId("choose").addEventListener("change", (event) => { upload([...event.target.files]); event.target.value = ""; });
-  byId("model").addEventListener("change", draw);
+  byId("choose").addEventListener("change", (event) => { upload([...event.target.files].map((file) => ({folder: "", file}))); event.target.value = ""; });
+  byId("choose-folder").addEventListener("change", (event) => {
+    upload([...event.target.files].map((file) => ({folder: file.webkitRelativePath.split("/").slice(0, -1).join("/"), file})));
+    event.target.value = "";
+  });
+  byId("model").addEventListener("change", refresh);
   byId("diagnose").addEventListener("click", () => {
     const there = new Set(state.listed.map((f) => f.name)), kept = (set) => [...set].filter((n) => there.has(n));
     call("diagnose", {model: byId("model").value, flights: kept(asked), healthy: kept(healthy)});
