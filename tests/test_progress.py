@@ -55,10 +55,15 @@ def test_what_nobody_can_tell_the_length_of_says_how_long_it_has_run(terminal, m
         wait_for(lambda: "diagnosing, 12 s so far" in terminal.said())
         terminal.now = 150.0
         wait_for(lambda: "2 min so far" in terminal.said())
+        module.step(2, 4, "searching")
+        wait_for(lambda: "diagnosing: 2 of 4, searching, 2 min so far" in terminal.said())
     assert terminal.said().endswith("\r")
     assert "\n" not in terminal.said()
     with pytest.raises(ValueError, match="its own"), waiting("diagnosing"):
         raise ValueError("its own")
+    with waiting("fitting"):  # what another said is gone
+        terminal.now += 30.0
+        wait_for(lambda: "fitting, 30 s so far" in terminal.said())
     assert not [t for t in threading.enumerate() if "_so_far" in t.name]
 
 

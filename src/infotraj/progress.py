@@ -1,5 +1,5 @@
-"""How far a loop is and how long it will still take, or for how long something has run: one line on a terminal, for
-what takes more than two seconds."""
+"""How far a loop is and how long it will still take, or which step of how many something is at, and for how long it has
+run: one line on a terminal, for what takes more than two seconds."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ T = TypeVar("T")
 _QUICK = 2.0  # s: what is done by then says nothing
 _EVERY = 1.0  # s
 _WIDTH = 79
+_step: list[str] = []  # at which step what is waited for says it is
 
 
 def progress(items: Iterable[T], label: str) -> Iterator[T]:
@@ -42,7 +43,10 @@ def progress(items: Iterable[T], label: str) -> Iterator[T]:
 
 @contextmanager
 def waiting(label: str) -> Iterator[None]:
-    """While something runs whose length nobody can tell beforehand: `label, 12 s so far`, under the same rules."""
+    """While something runs whose length nobody can tell beforehand: `label, 12 s so far`, under the same rules.
+
+    With what it says of itself by `step`: `label: 2 of 4, searching, 12 s so far`.
+    """
     if not _heard():
         yield
         return
@@ -54,6 +58,12 @@ def waiting(label: str) -> Iterator[None]:
     finally:
         ended.set()
         thread.join()
+        _step.clear()
+
+
+def step(number: int, of: int, words: str) -> None:
+    """Says at which of its steps a long computation is, for whoever waits for it."""
+    _step[:] = [f"{number} of {of}, {words}"]
 
 
 def _so_far(label: str, begun: float, ended: threading.Event) -> None:
@@ -61,7 +71,7 @@ def _so_far(label: str, begun: float, ended: threading.Event) -> None:
     while not ended.wait(_EVERY):
         passed = time.monotonic() - begun
         if passed > _QUICK:
-            _over(f"{label}, {_words(passed)} so far")
+            _over(f"{': '.join([label, *_step])}, {_words(passed)} so far")
             shown = True
     if shown:
         _cleared()

@@ -8,6 +8,7 @@ import pytest
 
 from infotraj import rotations
 from infotraj.diagnosis.gates.level import as_level, unmeasured
+from infotraj.diagnosis.judge import numbers
 from infotraj.diagnosis.linear.candidates import Candidate
 from infotraj.diagnosis.select.prior import Scales, is_file_number, spikes
 from infotraj.dynamics.actuators import body_wrench
@@ -87,3 +88,21 @@ def test_a_vehicle_that_is_taken_as_level_is_level():
     flight = as_level(Flight(pd.DataFrame({"t": t, "px": 0.0, "py": 0.0, "pz": 1.0})))
     np.testing.assert_array_equal(rotations.matrix(flight.get(*ATTITUDE)), np.broadcast_to(np.eye(3), (100, 3, 3)))
     assert unmeasured(flight) == (frozenset({"vx", "vy"}), frozenset({"vz", "tx", "ty", "tz"}))
+
+
+@pytest.mark.parametrize(
+    ("effect", "name", "unit"),
+    [
+        ("time_offset", "clock of the IMU, later by", "s"),
+        ("mass_offset", "mass", "kg"),
+        ("com_offset", "center_of_mass.x", "m"),
+        ("rotor_effectiveness", "rotor_0.thrust_coefficient", "N s^2/rad^2"),
+        ("moment_scale", "moment_constant of all rotors, factor", ""),
+    ],
+)
+def test_a_number_of_the_file_has_the_unit_of_the_file(effect, name, unit):
+    cls = effect_class(effect)
+    candidate = Candidate(cls, tuple(p for p in cls.parameters if not p.index))
+    said, _, _ = cls.in_the_file(VEHICLE, 0, 0)
+    assert said == name
+    assert numbers._unit(candidate, candidate.form[0].name, said) == unit

@@ -44,9 +44,3 @@ def test_every_command_of_a_page_exists_with_its_options(page):
 def test_the_pages_write_commands_at_all():
     """Else the test above would pass for a pattern that finds nothing."""
     assert sum(len(written(page)) for page in PAGES) > 60
-
-
-@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
-def test_no_page_gives_fit_several_values(page):
-    """`add` would take the second for an effect."""
-    assert not [line for line in written(page) if re.search(r"--fit [^\s-]\S* +[^\s\-\[.]", line)]

@@ -40,7 +40,7 @@ def inertia(mass: float, positions: Sequence[tuple[float, float, float]], arm: f
     yy = share * float(np.sum(place[:, 0] ** 2)) + flat
     zz = share * float(np.sum(place[:, :2] ** 2)) + 2 * flat
     why = (
-        f"guessed: {_OUTSIDE:.0%} of the mass at the rotors, the rest a flat disc of {_HUB:g} arms; "
+        f"guessed: {100 * _OUTSIDE:.0f} % of the mass at the rotors, the rest a flat disc of {_HUB:g} arms; "
         "off by up to a half, about x and y of a tall vehicle by more"
     )
     return Moments(xx, yy, zz, why)

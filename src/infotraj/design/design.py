@@ -190,7 +190,7 @@ def _flyable(
         away = sim.away(one.reference)
         why = f"in simulation it strays by {away:.2g} m from the reference" if not away <= _BESIDE else ""
         if sim.at_limit > _AT_LIMIT:
-            why = f"in simulation a rotor is at its limit for {sim.at_limit:.0%} of the time"
+            why = f"in simulation a rotor is at its limit for {100 * sim.at_limit:.0f} % of the time"
         if not why:
             return one, sim, ""
         # The next best first, then calmer ones of it.

@@ -38,7 +38,8 @@ def as_text(made: Design, output: str) -> str:
     ]
     if made.inputs.size and np.isfinite(made.limits.high).all():
         share = (made.inputs - made.limits.low) / (made.limits.high - made.limits.low)
-        lines.append(f"rotors: {share.min():.0%} to {share.max():.0%} of the range between least and greatest input")
+        low, high = 100 * share.min(), 100 * share.max()
+        lines.append(f"rotors: {low:.0f} % to {high:.0f} % of the range between least and greatest input")
     lines += [line for t in made.told for line in _told(t)]
     if hardly_worth(made):
         lines.append(f"hardly worth flying for this: {hardly_worth(made)}")

@@ -38,11 +38,13 @@ from infotraj.effects import Effect, catalogue
 from infotraj.errors import InputError, problem
 from infotraj.flight import Flight, command_steps
 from infotraj.models import Model
+from infotraj.progress import step
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
 _CLEAR = 1.0  # s before and after the ground, which pushes and turns a vehicle: no part of what is compared
 _TORQUES = frozenset(a for a in AXES if a[0] == "t")
+_STEPS = 4  # that who waits is told of
 _SEARCHES = 2  # the second without the axes that the first could not explain
 
 
@@ -132,6 +134,7 @@ def diagnose(
     floor, below which an effect is negligible. start, stop: s, the part of every flight to use. InputError where a
     flight cannot be used.
     """
+    step(1, _STEPS, "reading the flights")
     catalog = catalogue(effects_from)
     vehicle = model.vehicle
     flights = [for_vehicle(f, vehicle) for f in flights]
@@ -147,6 +150,7 @@ def diagnose(
         known, hidden = healthy.shown(known, hidden)
     taken = {m.candidate.label for m in held}
     doubts = premises.doubts(model, flights, start, stop)
+    step(2, _STEPS, "searching")
     observation = replace(observe(model, seen, start, stop, _CLEAR if healthy is not None else 0.0), healthy=healthy)
     model = model if healthy is None else observation.model([])
     if healthy is not None:
@@ -171,10 +175,12 @@ def diagnose(
     refused = with_mixed(refused_axes(doubts), observation.samples)
     sideways = [a for a in AXES[:2] if "v" + a[1] in observation.ignored and a not in refused]
     refused = {**refused, **dict.fromkeys(sideways, "no attitude: the vehicle is taken as level")}
+    step(3, _STEPS, "judging what was found")
     one, two = np.random.default_rng([seed, 0]), np.random.default_rng([seed, 1])
     left = unexplained(whole, matters, one) if search.known else Unexplained(False, ())
     judge = Judge(search, whole, tuple(catalog), left, refused, matters, two)
     findings, stand = judge.findings(why_not)
+    step(4, _STEPS, "fitting the new model")
     while True:
         supported = named(findings)
         made = given(search, whole, _labels(whole, supported, {n: r.label for n, r in stand.items()}))

@@ -62,7 +62,7 @@ def lateral_force(recorded: Flight) -> LateralForce:
         raise InputError(
             problem(
                 f"{recorded.meta.get('source', 'flight')}: no row in flight",
-                f"rows above {LOWEST} m and {LEAST_THROTTLE:.0%} throttle for more than {2 * MARGIN} s",
+                f"rows above {LOWEST} m and {100 * LEAST_THROTTLE:.0f} % throttle for more than {2 * MARGIN} s",
                 "Leave the flight out.",
             )
         )

@@ -56,7 +56,8 @@ def _unit(channel: Channel, data: Array, path: Path) -> None:
     if norm.size and off.mean() > _NORM_SHARE:
         raise InputError(
             problem(
-                f"{path}: {channel.name}: {off.mean():.0%} of the norms are not 1 (median {np.median(norm):.3g})",
+                f"{path}: {channel.name}: {100 * off.mean():.0f} % of the norms are not 1 "
+                f"(median {np.median(norm):.3g})",
                 "unit quaternions",
                 "Are these other columns, or roll, pitch and yaw (`euler: true`)?",
             )

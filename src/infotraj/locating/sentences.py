@@ -25,7 +25,8 @@ def place_sentence(place: Place) -> str:
     if at is not None and at.low > 1.0:
         parts.append(
             f"{error} is {times(at.ratio)} times the rest (95 % interval {times(at.low)} to "
-            f"{times(at.high)}) when {where(place)}: {at.samples:.0%} of the samples hold {at.squares:.0%} of {of}, "
+            f"{times(at.high)}) when {where(place)}: {100 * at.samples:.0f} % of the samples hold "
+            f"{100 * at.squares:.0f} % of {of}, "
             f"RMS {at.inside:.3g} {place.unit} against a floor of {place.floor:.2g}"
         )
     if place.other is None and place.explained > _FOLLOWS:
@@ -37,7 +38,7 @@ def place_sentence(place: Place) -> str:
             first, last = first + place.mean, last + place.mean
             whole = "with the mean " if taken_out else ""
         parts.append(
-            f"{start} follows the {place.quantity.name} ({place.explained:.0%} of {of}): "
+            f"{start} follows the {place.quantity.name} ({100 * place.explained:.0f} % of {of}): "
             f"{whole}{signed(first)} at {low:.3g}, {signed(last)} {place.unit} at {high:.3g} {place.quantity.unit}"
             + ("" if parts else f"; floor {place.floor:.2g} {place.unit}")
         )
@@ -100,7 +101,8 @@ def window_sentence(window: TimeWindow, name: str) -> str:
     """One window in time."""
     return (
         f"{name}: {window.axis} error is {times(window.ratio)} times the rest of the flight from {window.start:.1f} to "
-        f"{window.stop:.1f} s ({window.over_floor:.1f} times the floor; {window.share:.0%} of the squared error)"
+        f"{window.stop:.1f} s ({window.over_floor:.1f} times the floor; "
+        f"{100 * window.share:.0f} % of the squared error)"
     )
 
 
@@ -109,7 +111,7 @@ def leaf_sentence(axis: str, leaf: Leaf) -> str:
     conditions = " and ".join(f"{name} {side} {cut:.3g} {unit}" for name, unit, side, cut in leaf.conditions)
     return (
         f"{axis}: {leaf.over_floor:.1f} times the floor where {conditions or 'ever it flew'} "
-        f"({leaf.samples:.0%} of the samples, {leaf.squares:.0%} of the squared error)"
+        f"({100 * leaf.samples:.0f} % of the samples, {100 * leaf.squares:.0f} % of the squared error)"
     )
 
 
@@ -118,7 +120,8 @@ def lag_sentence(lags: Lags) -> str:
     word = "later" if lags.delay > 0 else "earlier"
     return (
         f"{lags.axis}: the measurement comes {1e3 * abs(lags.delay):.0f} +- {1e3 * lags.standard_error:.0f} ms "
-        f"{word} than the prediction, which would explain {lags.share:.0%} of the squared error: a delay or a lag"
+        f"{word} than the prediction, which would explain {100 * lags.share:.0f} % of the squared error: "
+        "a delay or a lag"
     )
 
 

@@ -105,7 +105,8 @@ def as_text(located: Located, *, verbose: bool = False, healthy: Beside | None =
             of = unit["force" if axis.startswith("f") else "torque"]
             of_healthy = "" if healthy is None else f"; {sentences.healthy_bias(healthy.bias(axis), of)}"
             lines.append(
-                f"  {axis} is off by {bias:+.3g} {of} on average ({share:.0%} of all its squared error){of_healthy}"
+                f"  {axis} is off by {bias:+.3g} {of} on average "
+                f"({100 * share:.0f} % of all its squared error){of_healthy}"
             )
     if located.windows:
         lines.append("in time, beside each flight's own mean:")

@@ -113,7 +113,7 @@ def _residual_panel(axes: Axes, n: int, place: Place, found: Found) -> None:
     axes.set_ylim(-reach, reach)
     axes.set_xlabel(f"{_short(place.quantity.name)} [{place.quantity.unit}]")
     axes.set_ylabel(f"{place.axis} residual [{place.unit}]".replace("^2", "$^2$"))
-    axes.set_title(f"{n + 1}. {place.axis}: {place.explained:.0%} follows", loc="left")
+    axes.set_title(f"{n + 1}. {place.axis}: {100 * place.explained:.0f} % follows", loc="left")
 
 
 def _headline(n: int, place: Place) -> str:
@@ -121,9 +121,14 @@ def _headline(n: int, place: Place) -> str:
     text = f"{n + 1}. {place.axis}: "
     if at is not None and at.low > 1.0:
         where = sentences.condition(place.quantity, at).replace(place.quantity.name, _short(place.quantity.name))
-        return text + f"{at.ratio:.1f} times the rest when {where} ({at.samples:.0%} hold {at.squares:.0%})"
+        return (
+            text
+            + f"{at.ratio:.1f} times the rest when {where} ({100 * at.samples:.0f} % hold {100 * at.squares:.0f} %)"
+        )
     return (
-        text + f"follows the {_short(place.quantity.name)} ({place.explained:.0%} of the squared error beside the mean)"
+        text
+        + f"follows the {_short(place.quantity.name)} "
+        + f"({100 * place.explained:.0f} % of the squared error beside the mean)"
     )
 
 

@@ -73,7 +73,7 @@ def draw_lags(located: Located) -> Figure:
             axes.plot(lags.lag[part], values[part], color=style.BLUE, lw=1.1, zorder=3)
             axes.axhline(0.0, color=style.GREY, lw=0.5)
         top.set_title(lags.axis)
-        note = f"{1e3 * lags.delay:+.0f}±{1e3 * lags.standard_error:.0f} ms, {lags.share:.0%}"
+        note = f"{1e3 * lags.delay:+.0f}±{1e3 * lags.standard_error:.0f} ms, {100 * lags.share:.0f} %"
         bottom.set_title(note, fontsize=7.5, color=style.VERMILION if lags.late else style.GREY)
         bottom.set_xlabel("lag [s]")
     panels[0, 0].set_ylabel("with itself")

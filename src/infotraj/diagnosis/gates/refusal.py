@@ -51,7 +51,7 @@ def unanswered(
         explained = max(after.explained[i], _going_with(made, i)) if far and says else 1.0
         if explained < least:
             what = f"force along {axis[1]}" if axis[0] == "f" else f"torque about {axis[1]}"
-            share = f"the prediction explains {explained:.0%} of the measured {what}"
+            share = f"the prediction explains {100 * explained:.0f} % of the measured {what}"
             reason = f"{share}: flights and vehicle file do not agree there (spin, order of rotors, time stamps)"
             found[axis] = Doubt("axis_disagrees", axis, (axis,), reason)
     worse = [a for i, a in enumerate(AXES) if a[0] == "t" and a in found and after.explained[i] < 0.0]

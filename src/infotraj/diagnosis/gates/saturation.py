@@ -32,7 +32,7 @@ def saturated(flights: Sequence[Flight], vehicle: Vehicle) -> list[Doubt]:
             "rotor_saturated",
             name,
             (),
-            f"{name} is at full throttle in {often:.0%} of a flight: it gives less than its command says",
+            f"{name} is at full throttle in {100 * often:.0f} % of a flight: it gives less than its command says",
             refuses=False,
         )
         for name, often in share.items()

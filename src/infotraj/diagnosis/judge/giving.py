@@ -172,7 +172,7 @@ def _pruned(made: Fit) -> Given:
         if _net(_shares(made, tried[best][1])) >= _net(share):
             break
         axis = refusal.axis_group(made.linear.sums.axes[k]) or made.linear.sums.axes[k]
-        why.setdefault(units[best], f"{axis} is predicted worse with it, by {share[k] - 1:.0%}")
+        why.setdefault(units[best], f"{axis} is predicted worse with it, by {100 * (share[k] - 1):.0f} %")
         gone.add(best)
         theta, each = tried[best]
         if all(u in gone for u, owner in units.items() if owner == units[best]):

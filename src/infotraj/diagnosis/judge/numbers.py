@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from infotraj.diagnosis.judge.evidence import overdispersion
-from infotraj.diagnosis.linear.candidates import places, slopes
+from infotraj.diagnosis.linear.candidates import Candidate, places, slopes
 from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.select.search import Fit
 from infotraj.rotations import Array
@@ -21,13 +21,15 @@ _SEEN = 3.0  # standard errors by which a file number must be off to be told
 
 @dataclass(frozen=True)
 class FileNumber:
-    """What one number of the vehicle file should say. ordinary: within what this file's numbers are off by."""
+    """What one number of the vehicle file should say. ordinary: within what this file's numbers are off by; unit: of
+    value, declared and error, empty where they have none."""
 
     name: str
     declared: float
     value: float
     standard_error: float
     ordinary: bool
+    unit: str = ""
 
 
 def values_of(m: Member) -> dict[str, Any]:
@@ -88,8 +90,17 @@ def file_numbers(made: Fit) -> tuple[FileNumber, ...]:
         moved = at.value(at.absent + theta * c.scale)
         error = abs(deviation[i] * per * c.scale) * at.slope(moved)
         ordinary = abs(theta) < ORDINARY * spike[i]
-        out.append(FileNumber(name, declared, declared + per * (moved - at.absent), float(error), bool(ordinary)))
+        value, unit = declared + per * (moved - at.absent), _unit(c.candidate, at.parameter, name)
+        out.append(FileNumber(name, declared, value, float(error), bool(ordinary), unit))
     return tuple(out)
+
+
+def _unit(candidate: Candidate, parameter: str, name: str) -> str:
+    """The unit of a file number: of the effect's own, but for a factor that changes a coefficient of the file."""
+    if name.endswith("thrust_coefficient"):
+        return "N s^2/rad^2"
+    unit = next(p.unit for p in candidate.form if p.name == parameter)
+    return "" if unit == "-" else unit
 
 
 def thrust_over_mass(made: Fit) -> list[FileNumber]:

@@ -120,10 +120,10 @@ class Judge:
             )
         # What takes half of an error off flights that were not fitted is named, though the file could be that far off.
         if e.probability < (_LIKELY if half else SURE) or e.selected < SURE:
-            chance = f"{e.probability:.0%} probable, better on {e.selected:.0%} of the resamples"
+            chance = f"{100 * e.probability:.0f} % probable, better on {100 * e.selected:.0f} % of the resamples"
             return "Plausible", f"{chance} of flights that were not fitted"
         if e.form_error >= _CHANGES:
-            return "Plausible", f"its size changes from place to place by {e.form_error:.0%}"
+            return "Plausible", f"its size changes from place to place by {100 * e.form_error:.0f} %"
         beside = "" if half else self._beside_more(e)
         return ("Plausible", beside) if beside else (None, "")
 
@@ -154,7 +154,9 @@ class Judge:
             return Finding(name, "Not testable here", (name,), None, {}, {}, silent)
         found = evidence_of_absent(self.whole, best, self.rng) if np.isfinite(max(scores)) else None
         likely = found is not None and found.probability > _LIKELY and found.rise >= self.matters
-        reason = "with it numbers would end at a bound" if found is None else f"{found.probability:.0%} probable"
+        reason = (
+            "with it numbers would end at a bound" if found is None else f"{100 * found.probability:.0f} % probable"
+        )
         reason = self.search.barred.get(candidate.label, reason)
         return Finding(name, "Plausible" if likely else "Not needed", (name,), found, {}, {}, reason)
 

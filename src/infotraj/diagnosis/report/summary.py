@@ -52,6 +52,7 @@ def as_dict(found: Diagnosis) -> dict[str, Any]:
                 "value": _number(n.value),
                 "standard_error": _number(n.standard_error),
                 "ordinary": n.ordinary,
+                "unit": n.unit,
             }
             for n in found.file
         ],
@@ -159,7 +160,8 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
     if found.file:
         lines.append("your vehicle file, as these flights have it:")
         for n in found.file:
-            number = f"{_short(n.value)} +- {_short(n.standard_error)}, not {_short(n.declared)}"
+            number = f"{_short(n.value)} +- {_short(n.standard_error)}{f' {n.unit}' if n.unit else ''}"
+            number += f", not {_short(n.declared)}"
             lines.append(f"  {n.name}: {number}" + ("" if n.ordinary else "; out of line with the rest of the file"))
     for effect, has, deviations in _corrected(found):
         numbers = " ".join(f"{k}={_plus_minus(v, deviations.get(k))}" for k, v in has.items())
@@ -171,9 +173,9 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
             lines.append(f"{error:.3g} {unit_of} of error stay on {axis}: the file's own errors, or what has no name")
     for s in found.unexplained.axes:
         goes = ", ".join(f"{q} ({c:+.2f})" for q, c in s.goes_with)
-        lines.append(f"left on {s.axis}: {s.share:.0%} of the slow error can be predicted; it goes with {goes}")
+        lines.append(f"left on {s.axis}: {100 * s.share:.0f} % of the slow error can be predicted; it goes with {goes}")
         if s.hint:
-            lines.append(f"  hint, not a result: {s.hint} ({s.hint_share:.0%} held out)")
+            lines.append(f"  hint, not a result: {s.hint} ({100 * s.hint_share:.0f} % held out)")
     every = found.search.observation.command_step
     if found.command_steps > 1:
         lines.append(f"commands: every {1000 * every:.0f} ms, read as {found.command_steps} steps from row to row")
@@ -199,7 +201,7 @@ def _row(f: Finding) -> str:
     better = f"{e.flights_better[0]}/{e.flights_better[1]}"
     values = " ".join(f"{k}={_short(v)}" for k, v in f.parameters.items() if v is not None)
     if values and e.form_error >= 0.1 and f.verdict not in ("Not needed", "Not testable here"):
-        values += f", from place to place by {e.form_error:.0%}"
+        values += f", from place to place by {100 * e.form_error:.0f} %"
     return (
         f"{f.name:<20}{f.verdict:<19}{e.rise:>9.3g}{e.heldout_change:>+9.3f}{interval:>18}{better:>8}"
         f"{e.selected:>6.2f}  {values}"
