@@ -6,7 +6,6 @@ import pytest
 from hidden_flights import OMAV, fly, truth
 
 from infotraj.diagnosis.diagnosis import diagnose
-from infotraj.diagnosis.judge.verdicts import MATTERS, SURE, TELLS
 from infotraj.diagnosis.report.summary import sentence
 from infotraj.models import Model
 from infotraj.robots.plant.hiding import hide
@@ -35,17 +34,6 @@ def test_physics_of_no_catalogue_is_flagged(name):
 @pytest.mark.long
 def test_a_name_that_takes_little_of_it_off_is_not_given():
     assert answer("wall_wake").supported == ()
-
-
-@pytest.mark.long
-def test_a_thrust_that_depends_on_its_past_is_not_called_by_what_resembles_it_a_little():
-    """Several effects are sure beside it, and take a tenth of the error off flights that were not fitted."""
-    past = {"fraction": 0.03, "half_width": 25.0}
-    found = diagnose(Model(OMAV), fly(hide(OMAV, [("thrust_hysteresis", past)]), flights=4, seconds=12.0))
-    assert found.supported == ()
-    sure = [f.evidence for f in found.findings if f.evidence and f.evidence.probability > SURE]
-    assert any(e.selected > SURE and e.rise > MATTERS for e in sure)
-    assert all(e.gain < TELLS for e in sure)
 
 
 @pytest.mark.long
