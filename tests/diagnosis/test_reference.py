@@ -12,11 +12,12 @@ from exact_simulation import fly
 
 from infotraj.cli import cli
 from infotraj.datasets.location import find_dataset, how_to_get
-from infotraj.diagnosis.diagnosis import diagnose
+from infotraj.diagnosis.diagnosis import diagnose, learn
 from infotraj.diagnosis.gates.level import as_level, unmeasured
 from infotraj.diagnosis.gates.premises import examined
 from infotraj.diagnosis.gates.saturation import saturated
 from infotraj.diagnosis.linear.candidates import places
+from infotraj.diagnosis.select.prior import Scales
 from infotraj.diagnosis.select.score import diluted
 from infotraj.effects.channels import is_derived
 from infotraj.errors import InfotrajError
@@ -146,6 +147,33 @@ def test_a_cut_propeller_is_told_from_the_balance_of_a_real_vehicle():
     assert found.healthy.errors("rotor_effectiveness 2", at)[0] < 0.2
     assert [d.about for d in saturated([cut], model.vehicle)] == ["m3"]
     assert diagnose(model, [healthy[0]], reference=healthy[1:]).supported == ()
+
+
+@pytest.mark.long
+def test_a_cut_of_two_millimetres_is_told_without_gyro_and_pitch():
+    """What the healthy flights would rather have of numbers that no flight tells alone is what a flight is held to."""
+    model = Model(load_vehicle(CONFIG / "vehicles" / "crazypad.yaml"))
+    reference = learn(model, [crazypad(f"motor_data/normal_flight/E8_log0{k}") for k in range(5)])
+    found = diagnose(model, [crazypad("motor_data/cut_propeller_M3_2mm_2mm_43mm/E8_log03")], reference=reference)
+    told = found.finding("rotor_effectiveness")
+    assert told.verdict in ("Supported", "Not separable")
+    assert told.parameters["rotor"] == 2
+    assert 0.8 < told.parameters["factor"] < 0.97
+    assert diagnose(model, [crazypad("motor_data/tape_on_propeller_M3/E8_log00")], reference=reference).supported == ()
+
+
+def test_what_is_asked_begins_at_the_mean_of_the_healthy_flights():
+    found = answer(json.dumps(WEAK))
+    linear, healthy = found.whole.linear, found.healthy
+    owners = [(c.candidate.label, c.place) for c in linear.columns]
+    mean = healthy.mean(owners)
+    assert np.count_nonzero(mean) > 10
+    scorer = linear.scorer(Scales(1.0))
+    start = linear.absent.shifted(mean).gram.sum(axis=(0, 1))
+    np.testing.assert_allclose(scorer.parts[0][0, 0], start[0, 0], rtol=1e-9)
+    np.testing.assert_array_equal(scorer.given, mean)
+    alike = [i for i, owner in enumerate(owners) if owner == ("rotor_effectiveness 2", 0)]
+    assert np.count_nonzero(mean[alike]) == 1
 
 
 def test_errors_stand_beside_those_of_healthy_flights(tmp_path):

@@ -20,13 +20,15 @@ class Healthy:
     """The model as healthy flights have it, and how well they know it.
 
     effects: those that are not absent, by label; owners: label and place of each number that they could show;
-    covariance (q, q): of these numbers, usual sizes; scatter (q,): what each differs by from healthy flight to healthy
-    flight, standard deviation; balance: axes of torque of which the balance over seconds alone is
-    predicted; flights: those that it was learned from.
+    rather (q,), covariance (q, q): what the flights would rather have these numbers be than what `effects` and file say,
+    and how well they know that, usual sizes; scatter (q,): what each differs by from healthy flight to healthy flight,
+    standard deviation; balance: axes of torque of which the balance over seconds alone is predicted; flights: those
+    that it was learned from.
     """
 
     effects: dict[str, Effect]
     owners: tuple[tuple[str, int], ...]
+    rather: Array
     covariance: Array
     scatter: Array
     balance: frozenset[str]
@@ -46,6 +48,17 @@ class Healthy:
         out = np.zeros((len(columns), len(columns)))
         known = self.covariance + np.diag(self.scatter**2) if alone else self.covariance
         out[np.ix_(at, at)] = known[np.ix_(inside, inside)]
+        return out
+
+    def mean(self, columns: Sequence[tuple[str, int]]) -> Array:
+        """What the flights would rather have these numbers be than what the model says, (p,), usual sizes."""
+        first: dict[tuple[str, int], int] = {}
+        for i, owner in enumerate(columns):
+            first.setdefault(owner, i)
+        out = np.zeros(len(columns))
+        for owner, value in zip(self.owners, self.rather, strict=True):
+            if owner in first:
+                out[first[owner]] = value
         return out
 
     def shown(self, known: Sequence[Candidate], hidden: dict[str, str]) -> tuple[list[Candidate], dict[str, str]]:

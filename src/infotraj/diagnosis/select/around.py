@@ -83,6 +83,13 @@ class Linear:
         now = np.array([c.now for c in self.columns])
         # An idle number is told as a step from where it is.
         low, high = np.where(idle, low - now, low), np.where(idle, high - now, high)
+        healthy = self.observation.healthy
+        if healthy is not None and scales.common > 0.0:
+            # Held against what the healthy flights would have, identified or not: no less is known of a sum than that.
+            mean = healthy.mean([(c.candidate.label, c.place) for c in self.columns])
+            at_mean = self.absent.shifted(mean)
+            prior = self.prior(scales)
+            return Scorer(at_mean, self.choices, self.kept, prior, low - mean, high - mean, mean, self.scatter)
         if held is None:
             return Scorer(self.absent, self.choices, self.kept, self.prior(scales), low, high, None, self.scatter)
         given = self._numbers(held)

@@ -44,11 +44,9 @@ def learned(now: Linear, flights: Sequence[Flight], wider: float) -> Healthy:
     told = [diluted(x, scatter) for x in parts]
     precision = sum((x[1:, 1:] for x in told), np.diag(_before(now, columns) ** -2.0))
     covariance = np.asarray(np.linalg.inv(precision), dtype=float)
-    # About the model of `now`: what the flights would rather have than it is not known to be absent.
     rather = covariance @ sum(x[0, 1:] for x in told)
-    covariance = covariance + np.outer(rather, rather)
     effects = {m.candidate.label: m.effect for m in now.point}
-    return Healthy(effects, tuple(owners), covariance, scatter, now.observation.balance, tuple(flights))
+    return Healthy(effects, tuple(owners), rather, covariance, scatter, now.observation.balance, tuple(flights))
 
 
 def around_fit(whole: Fit, known: Sequence[Candidate]) -> Linear:
