@@ -91,9 +91,12 @@ def _scanned(now: Linear, candidate: Candidate, shape: int) -> Variant | None:
             return 0.0
         of_one = spectra([s], [turns], binned([turns], [[b - a for a, b in zip(after, before, strict=True)]]))
         x = np.concatenate([p.values[r, 0] * w for p, r, w in zip(of_one, rows, weight, strict=True)])
-        left = x - fixed[:, 1:] @ cho_solve(others_gram, fixed[:, 1:].T @ x)
-        along, size = left @ rest, left @ x
-        return float(along * max(along, 0.0) / size) if size > 0 else 0.0
+        # A swing that no flight has may overflow.
+        with np.errstate(over="ignore", invalid="ignore"):
+            left = x - fixed[:, 1:] @ cho_solve(others_gram, fixed[:, 1:].T @ x, check_finite=False)
+            along, size = left @ rest, left @ x
+            found = along * max(along, 0.0) / size if size > 0 else 0.0
+        return float(found) if np.isfinite(found) else 0.0
 
     gains = np.array([gain(v) for v in values])
     best = int(np.argmax(gains))
