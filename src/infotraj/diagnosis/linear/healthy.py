@@ -21,9 +21,9 @@ class Healthy:
 
     effects: those that are not absent, by label; owners: label and place of each number that they could show;
     rather (q,), covariance (q, q): what the flights would rather have these numbers be than what `effects` and file
-    say, and how well they know that, usual sizes; scatter (q,): what each differs by from healthy flight to healthy flight,
-    standard deviation; balance: axes of torque of which the balance over seconds alone is predicted; flights: those
-    that it was learned from.
+    say, and how well they know that, usual sizes; scatter (q,): what each differs by from healthy flight to healthy
+    flight, standard deviation; balance: axes of torque of which the balance over seconds alone is predicted; flights:
+    those that it was learned from.
     """
 
     effects: dict[str, Effect]
