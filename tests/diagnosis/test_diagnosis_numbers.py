@@ -13,22 +13,11 @@ from infotraj.diagnosis.linear.candidates import Candidate
 from infotraj.diagnosis.select.prior import Scales, is_file_number, spikes
 from infotraj.dynamics.actuators import body_wrench
 from infotraj.effects import Declared, Effect, Parameter, effect_class
-from infotraj.effects.rotor_place import RotorPlace
 from infotraj.effects.rotor_torque import RotorTorque
 from infotraj.flight import ATTITUDE, Flight
 from infotraj.vehicle import load_vehicle
 
 VEHICLE = load_vehicle(Path(__file__).parents[2] / "config/vehicles/quadrotor.yaml")
-
-
-def test_places_on_a_small_vehicle_are_known_better_than_a_ruler_says():
-    small = load_vehicle(Path(__file__).parents[2] / "config/vehicles/crazypad.yaml")
-    large = load_vehicle(Path(__file__).parents[2] / "config/vehicles/omav.yaml")
-    r = RotorTorque.parameters[1]
-    assert RotorTorque.scale(large, r) == RotorPlace.scale(large, RotorPlace.parameters[0]) == 0.005
-    arm = np.mean([np.linalg.norm(rotor.position) for rotor in small.rotors])
-    assert RotorTorque.scale(small, r) == pytest.approx(0.05 * arm)
-    assert RotorPlace.scale(small, RotorPlace.parameters[0]) == pytest.approx(0.05 * arm)
 
 
 @pytest.mark.parametrize("rotor", range(4))

@@ -8,9 +8,7 @@ import numpy as np
 
 from infotraj.effects.base import Declared, Effect, Parameter
 from infotraj.effects.laws import BodyLaw
-from infotraj.effects.rotor_torque import ruler
 from infotraj.rotations import Array
-from infotraj.vehicle import Vehicle
 
 
 class RotorPlace(Effect):
@@ -27,10 +25,6 @@ class RotorPlace(Effect):
     beside = ("rotor_drag",)
     source = "Newton and Euler: the torque of a force about another point"
     declared = Declared("arms", 1 / 7, "middle of the rotors, further along {axis} by")  # 0.7 mm
-
-    @classmethod
-    def scale(cls, vehicle: Vehicle, parameter: Parameter) -> float:
-        return ruler(vehicle, parameter.scale)
 
     def body(self, law: BodyLaw) -> BodyLaw:
         return replace(law, drag_at_rotors=law.drag_at_rotors + self.r)

@@ -7,7 +7,6 @@ import numpy as np
 from infotraj.dynamics.actuators import turned_about
 from infotraj.effects.along import Along
 from infotraj.effects.base import AXES, Declared, Effect, Parameter
-from infotraj.effects.rigid_body import arm_length
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
@@ -29,11 +28,7 @@ class RotorTorque(Effect):
     source = "Newton and Euler: the torque of a force about another point"
     linear = True
     repeatable = True
-    declared = Declared("arms", 1 / 7, "")  # 0.7 mm, and as much of the reaction torque's arm; see `ruler`
-
-    @classmethod
-    def scale(cls, vehicle: Vehicle, parameter: Parameter) -> float:
-        return ruler(vehicle, parameter.scale)
+    declared = Declared("arms", 1 / 7, "")  # 0.7 mm, and as much of the reaction torque's arm
 
     @classmethod
     def in_the_file(cls, vehicle: Vehicle, place: int, rotor: int) -> tuple[str, float, float]:
@@ -58,11 +53,6 @@ class RotorTorque(Effect):
         torque = np.zeros((along.count, 6))
         np.multiply(thrust[:, None], r, out=torque[:, 3:])
         return torque
-
-
-def ruler(vehicle: Vehicle, usual: float) -> float:
-    """Usual error (m) of a place: `usual`, a hand's with a ruler; of a small vehicle a twentieth of its arm."""
-    return min(usual, 0.05 * arm_length(vehicle))
 
 
 def _turn(angle: Array) -> tuple[Array, Array]:

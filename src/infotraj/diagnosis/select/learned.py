@@ -21,6 +21,9 @@ from infotraj.diagnosis.select.around import Linear, linearised
 from infotraj.diagnosis.select.prior import SCALES, SLAB, Scales, is_file_number, spikes
 from infotraj.diagnosis.select.score import diluted
 from infotraj.diagnosis.select.search import Fit
+from infotraj.effects.rigid_body import arm_length
+from infotraj.effects.rotor_place import RotorPlace
+from infotraj.effects.rotor_torque import RotorTorque
 from infotraj.flight import Flight
 from infotraj.rotations import Array
 
@@ -29,6 +32,7 @@ _SPREAD = 2.0  # standard deviation of the logarithm by which an effect's scatte
 _LEVELS = (0.1, 0.3, 1.0, 3.0, 9.0, 27.0, 81.0)  # times what is usual
 _SEEN = 1e-6  # squared standard deviations of the noise: what changes less does nothing here
 _PASSES = 2
+_LARGE = 0.1  # m: the arm of a vehicle of which a ruler tells places to 1 %
 _TRIM = ("steady_force", "steady_torque")
 
 
@@ -147,6 +151,9 @@ def _usual(now: Linear, columns: Sequence[int]) -> Array:
     o = now.observation
     owners = [(now.columns[c].candidate, now.columns[c].scale) for c in columns]
     of_file = spikes(owners, Scales(1.0), 0.0, o.vehicle)
+    # A hand with a ruler is off by the same everywhere; places on a small vehicle come from its drawing.
+    places = np.array([c.cls in (RotorTorque, RotorPlace) for c, _ in owners])
+    of_file = np.where(places, min(1.0, arm_length(o.vehicle) / _LARGE) * of_file, of_file)
     return np.where(of_file > 0.0, of_file, _ORDINARY)
 
 
