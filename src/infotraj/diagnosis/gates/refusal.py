@@ -8,7 +8,7 @@ import numpy as np
 
 from infotraj.comparing.equation_error import AXES, EquationError, equation_error
 from infotraj.comparing.statistics import Statistics, statistics
-from infotraj.diagnosis.gates.doubt import Doubt
+from infotraj.diagnosis.gates.doubt import Doubt, reached
 from infotraj.flight import Flight
 from infotraj.models import Model
 from infotraj.rotations import Array
@@ -37,7 +37,7 @@ def unanswered(
 ) -> list[Doubt]:
     """Doubts about axes (fx .. tz) on which a fitted model explains next to nothing of what was measured.
 
-    An axis on which the model predicts next to nothing (the side force of a vehicle without tilts) is not one of them.
+    An axis on which the actuators do not act is not one of them: what else the model says of it is little, or named.
     What is explained is what goes with the prediction: an error that is as large as the measured side, as rotors 1 %
     different make it where a vehicle turns gently, is no disagreement. least: share that is enough.
     """
@@ -45,6 +45,8 @@ def unanswered(
     after = statistics(made)
     found = {}
     for i, axis in enumerate(AXES):
+        if axis not in reached(model.vehicle):
+            continue
         far = np.isfinite(after.rmse[i]) and after.rmse[i] > _ABOVE_FLOOR * after.floor[i]
         predicted = np.concatenate([e.predicted[e.scored[:, i], i] for e in made])
         says = len(predicted) > 0 and np.std(predicted) > _ABOVE_FLOOR * after.floor[i]
