@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -64,6 +64,25 @@ def evidence(whole: Fit, label: str, rng: np.random.Generator, rest: Fit | None 
     return _against(whole, without, _Left.of(whole, each), nats / overdispersion(whole)[0], mine, rng)
 
 
+def shared(whole: Fit, found: Iterable[Evidence]) -> float:
+    """The share of its own gain that each effect of a set may claim: together they gain no more than the whole set does.
+
+    Where numbers make up for one another the model without one of them is worse than the model without any.
+    """
+    linear, each = whole.linear, whole.solution.each
+    mine = [i for i, c in enumerate(linear.columns) if c.candidate.label in whole.labels]
+    without, kept = _Left.of(whole, whole.scorer.beside((), each, mine)), _Left.of(whole, each)
+    own = acts(linear.absent, mine, whole.solution.theta, kept.believed)
+    together = float(_falls(without, kept)[own].sum())
+    alone = sum(max(e.gain, 0.0) for e in found)
+    return min(1.0, max(together, 0.0) / alone) if alone > 0.0 else 1.0
+
+
+def _falls(without: _Left, kept: _Left) -> Array:
+    """The logarithm by which the root mean square error of each axis falls, (axes,)."""
+    return 0.5 * np.log(np.maximum(without.believed, 1e-300) / np.maximum(kept.believed, 1e-300))
+
+
 def _translated(whole: Fit, each: Array, rest: Fit) -> Array:
     """Numbers (folds, p) of one fit in the columns of another, by label and place; its own where there are none."""
     known: dict[tuple[str, int], int] = {}
@@ -114,7 +133,6 @@ def _against(
     # What other numbers do on an axis meanwhile is not this effect's doing.
     own = acts(sums, mine, whole.solution.theta if theta is None else theta, kept.believed)
     rise = np.where(own, rise, 0.0)
-    falls = 0.5 * np.log(np.maximum(out.believed, 1e-300) / floor)
     total = float(lost.sum())
     return Evidence(
         float((left.sum() - total) / max(total, 1e-300)),
@@ -125,7 +143,7 @@ def _against(
         sums.axes[int(np.argmax(rise))],
         dict(zip(sums.axes, map(float, rise), strict=True)),
         dict(zip(sums.axes, map(float, takes), strict=True)),
-        float(falls[own].sum()),
+        float(_falls(out, kept)[own].sum()),
         float(1.0 / (1.0 + np.exp(-np.clip(nats, -50.0, 50.0)))),
         form_error(whole, mine, whole.solution.theta if theta is None else theta),
     )
@@ -150,19 +168,23 @@ def rise_beside(whole: Fit, chosen: tuple[int, ...], mine: Sequence[int]) -> flo
 
 
 def takes_half(whole: Fit, label: str) -> bool:
-    """Whether the set takes half of the error off an axis, beside the file as it is, and without this effect does not.
+    """Whether this effect alone takes half of the error off an axis, beside the file as it is, and the set without it
+    does not.
 
     On flights that were not fitted, with the numbers that were found: beside another file others would fit better, and
-    stand for what this one has wrong.
+    stand for what this one has wrong. Alone it is fitted by itself: numbers that make up for one another take nothing.
     """
     linear = whole.linear
     each = _beside_the_file(whole)
     without = each.copy()
     without[:, [i for i, c in enumerate(linear.columns) if c.candidate.label == label]] = 0.0
-    left = [linear.absent.plain_error(x) for x in (each, without)]
+    as_it_is = linear.scorer(Scales(0.0), whole.held)
+    mine = tuple(i for i in whole.chosen if linear.choices[i].label == label)
+    none, alone = as_it_is.solution(()).each, as_it_is.solution(mine).each
+    left, lost, before, after = (linear.absent.plain_error(x) for x in (each, without, none, alone))
     ignored = linear.observation.ignored
     moves = np.array([refusal.axis_group(a) is not None and a not in ignored for a in linear.sums.axes])
-    return bool(np.any((left[0] < _HALF**2 * left[1])[moves]))
+    return bool(np.any(((left < _HALF**2 * lost) & (after < _HALF**2 * before))[moves]))
 
 
 def _beside_the_file(whole: Fit) -> Array:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from infotraj.diagnosis.gates import refusal
-from infotraj.diagnosis.judge.evidence import Evidence, evidence, evidence_of_absent, takes_half
+from infotraj.diagnosis.judge.evidence import Evidence, evidence, evidence_of_absent, shared, takes_half
 from infotraj.diagnosis.judge.groups import Rival, rivals
 from infotraj.diagnosis.judge.numbers import fitted_numbers, values_of
 from infotraj.diagnosis.judge.unexplained import Unexplained
@@ -61,9 +61,12 @@ class Judge:
         out: dict[str, Finding] = {}
         stand: dict[str, Rival] = {}
         instances: dict[str, list[dict[str, Any]]] = {}
+        evidences = {m: self._evidence(m) for m in self.whole.members if not m.held}
+        share = shared(self.whole, evidences.values())
         for m in self.whole.members:
             instances.setdefault(m.candidate.name, []).append(values_of(m))
-            for f, rival in self._of_member(m, numbers[m]):
+            e = replace(evidences[m], gain=share * evidences[m].gain) if m in evidences else None
+            for f, rival in self._of_member(m, numbers[m], e):
                 old = out.get(f.name)
                 if old is None or (old.verdict not in CONFIDENT and f.verdict in CONFIDENT):
                     out[f.name] = f
@@ -78,15 +81,19 @@ class Judge:
                 out[name] = absent if name in hidden else self._of_absent(name)
         return tuple(out[n] for n in self.order), stand
 
-    def _of_member(self, m: Member, errors: dict[str, Any]) -> list[tuple[Finding, Rival | None]]:
-        name, label = m.candidate.name, m.candidate.label
-        if m.held:
-            reason = "in the model already"
-            return [(Finding(name, "Not needed", (name,), None, values_of(m), errors, reason), None)]
-        rest = None
+    def _evidence(self, m: Member) -> Evidence:
+        label, rest = m.candidate.label, None
         if not m.candidate.cls.linear:
             rest = self.search.fitted([x for x in self.whole.labels if x != label], self.whole)
-        found = evidence(self.whole, label, self.rng, rest)
+        return evidence(self.whole, label, self.rng, rest)
+
+    def _of_member(
+        self, m: Member, errors: dict[str, Any], found: Evidence | None
+    ) -> list[tuple[Finding, Rival | None]]:
+        name, label = m.candidate.name, m.candidate.label
+        if found is None:
+            reason = "in the model already"
+            return [(Finding(name, "Not needed", (name,), None, values_of(m), errors, reason), None)]
         verdict, reason = self._doubt(m, found)
         if verdict is not None:
             return [(Finding(name, verdict, (name,), found, values_of(m), errors, reason), None)]
