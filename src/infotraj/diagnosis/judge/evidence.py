@@ -65,7 +65,7 @@ def evidence(whole: Fit, label: str, rng: np.random.Generator, rest: Fit | None 
 
 
 def shared(whole: Fit, found: Iterable[Evidence]) -> float:
-    """The share of its own gain that each effect of a set may claim: together they gain no more than the whole set does.
+    """The share of its own gain that each effect of a set may claim: together they gain no more than the set does.
 
     Where numbers make up for one another the model without one of them is worse than the model without any.
     """
