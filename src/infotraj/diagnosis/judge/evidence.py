@@ -172,19 +172,21 @@ def takes_half(whole: Fit, label: str) -> bool:
     does not.
 
     On flights that were not fitted, with the numbers that were found: beside another file others would fit better, and
-    stand for what this one has wrong. Alone it is fitted by itself: numbers that make up for one another take nothing.
+    stand for what this one has wrong. Alone also with those that fit by themselves; what makes up for other numbers
+    takes nothing either way.
     """
-    linear = whole.linear
-    each = _beside_the_file(whole)
-    without = each.copy()
-    without[:, [i for i, c in enumerate(linear.columns) if c.candidate.label == label]] = 0.0
+    linear, chosen = whole.linear, whole.chosen
+    every = _beside_the_file(whole)
+    own = np.array([c.candidate.label == label for c in linear.columns])
+    others = np.array([c.candidate.label in whole.labels for c in linear.columns]) & ~own
     as_it_is = linear.scorer(Scales(0.0), whole.held)
-    mine = tuple(i for i in whole.chosen if linear.choices[i].label == label)
-    none, alone = as_it_is.solution(()).each, as_it_is.solution(mine).each
-    left, lost, before, after = (linear.absent.plain_error(x) for x in (each, without, none, alone))
+    by_itself = as_it_is.solution(tuple(i for i in chosen if linear.choices[i].label == label)).each
+    numbers = (every, np.where(own, 0.0, every), np.where(own | others, 0.0, every), np.where(others, 0.0, every))
+    left, lost, none, alone, fitted = (linear.absent.plain_error(x) for x in (*numbers, by_itself))
+    half = (left < _HALF**2 * lost) & (np.minimum(alone, fitted) < _HALF**2 * none)
     ignored = linear.observation.ignored
     moves = np.array([refusal.axis_group(a) is not None and a not in ignored for a in linear.sums.axes])
-    return bool(np.any(((left < _HALF**2 * lost) & (after < _HALF**2 * before))[moves]))
+    return bool(np.any(half[moves]))
 
 
 def _beside_the_file(whole: Fit) -> Array:
