@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from infotraj.diagnosis.report.reasons import why
 from infotraj.report.again import FORM, read_content
 from infotraj.report.bars import gains
 from infotraj.report.combinations import boxes
@@ -232,3 +233,22 @@ def test_flights_without_a_measured_wrench_and_without_an_answer_have_a_page_too
     refused = json.loads(json.dumps(content))
     refused["answer"]["axes"] = {a: {"judged": False, "reason": "they hover", "coherence": None} for a in AXES}
     assert "Anything about fx, fy, fz, tx, ty, tz: they hover." in page(refused)
+
+
+def test_a_reason_that_axes_share_is_said_once():
+    end = "flights and vehicle file do not agree there"
+    refused = {"fx": "no mass", "tx": f"7 % of the torque about x: {end}", "ty": f"5 % of the torque about y: {end}"}
+    assert why(refused) == [("no mass", ["fx"]), (end, ["tx", "ty"])]
+    assert why({"tx": refused["tx"]}) == [(refused["tx"], ["tx"])]
+    assert why({"tx": refused["tx"], "ty": refused["tx"]}) == [(refused["tx"], ["tx", "ty"])]
+
+
+def test_what_corrects_the_file_is_not_said_to_be_unsure(content):
+    changed = json.loads(json.dumps(content))
+    for row in changed["answer"]["effects"]:
+        if row["name"] in ("thrust_scale", "linear_drag"):
+            row["verdict"] = "Plausible"
+    assert "That linear drag, thrust scale are absent" in page(changed)
+    numbers = {"factor": 1.01}
+    changed["answer"]["corrected"] = [{"name": "thrust_scale", "parameters": numbers, "standard_errors": numbers}]
+    assert "That linear drag is absent" in page(changed)

@@ -492,6 +492,7 @@ def test_every_command_takes_a_wrench_from_the_command_line(tmp_path):
         f"locate {vehicle} {path}",
         f"add {vehicle} thrust_scale --fit {path} -o {new}",
         f"compare {new} {path} --against {vehicle}",
+        f"design {vehicle} --flown {path} --candidates 3 --within 6s --figures {tmp_path} -o {tmp_path / 'ref.csv'}",
     ):
         done = CliRunner().invoke(cli, line.split())
         assert done.exit_code == 0, (done.output, done.exception)

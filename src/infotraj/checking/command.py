@@ -13,6 +13,7 @@ import click
 
 from infotraj.errors import InfotrajError, InputError, UsageError, problem
 from infotraj.options import accept_option
+from infotraj.terminal import show
 
 if TYPE_CHECKING:
     from infotraj.checking.whole import Check
@@ -63,10 +64,10 @@ def check_command(
     checks = []
     for check in check_logs(logs, mapping, believed, start, stop, settings=parse_settings(changes), accept=accepted):
         checks.append(check)
-        click.echo(as_text(check, notes=not quiet, details=verbose))
+        show(as_text(check, notes=not quiet, details=verbose))
     together = across_text(checks, accepted)
     if together:
-        click.echo(together)
+        show(together)
     if json_file is not None:
         _write(json_file, json.dumps(as_json(checks, accepted), indent=1, allow_nan=False))
     rejected = [c for c in checks if c.outcome == "rejected"]
@@ -76,13 +77,19 @@ def check_command(
     for line in unmet(accepted, [f.code for c in checks for f in c.findings] + [f.code for f in lags_across(checks)]):
         click.echo(line, err=True)
     if not quiet:
-        for line in _next(kept, rejected, mapping, changes):
+        for line in _next(kept, rejected, mapping, changes, vehicle):
             click.echo(f"next: {line}", err=True)
     if rejected and not (skip_rejected and kept):
         sys.exit(InputError.exit_status)
 
 
-def _next(kept: list[str], rejected: list[Check], mapping: str | None, changes: tuple[str, ...] = ()) -> list[str]:
+def _next(
+    kept: list[str],
+    rejected: list[Check],
+    mapping: str | None,
+    changes: tuple[str, ...] = (),
+    vehicle: Path | None = None,
+) -> list[str]:
     from infotraj.checking.settings import mended_by_fix
 
     read = (f" --mapping {mapping}" if mapping else "") + "".join(f" --set {shlex.quote(c)}" for c in changes)
@@ -95,10 +102,10 @@ def _next(kept: list[str], rejected: list[Check], mapping: str | None, changes: 
             return [f"{again} --fix -o NEW.parquet"]
         return [f"{again} --explain, to see what was taken for what"]
     flights = [k for k in kept if k.endswith((".parquet", ".csv")) and mapping is None and not changes]
-    shown = " ".join(kept[:3]) + (" ..." if len(kept) > 3 else "")
+    named = " ".join(shlex.quote(k) for k in kept)
     if len(flights) == len(kept):
-        return [f"infotraj compare MODEL {shown}"]
-    return [f"infotraj import {shown}{read} -o flights/"]
+        return [f"infotraj compare {shlex.quote(str(vehicle)) if vehicle else 'MODEL'} {named}"]
+    return [f"infotraj import {named}{read} -o flights/"]
 
 
 def _write(path: Path, text: str) -> None:

@@ -67,7 +67,7 @@ def gaps(flight: Flight, airborne: Array) -> list[Finding]:
         Finding(
             "gaps",
             "warning" if share > 0.05 else "note",
-            f"{len(long)} gaps in flight, {lost:.2f} s in all, "
+            f"{len(long)} gap{'s' * (len(long) > 1)} in flight, {lost:.2f} s in all, "
             f"the longest {step[long].max():.2f} s ({spans_text(spans)})",
             "nothing is known there; filters and rollouts must start again after each gap",
             "nothing, gaps are kept as gaps" if share <= 0.05 else "find out what the logger lost",

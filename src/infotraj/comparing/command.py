@@ -24,6 +24,7 @@ from infotraj.options import (
     verbose_option,
     window_option,
 )
+from infotraj.terminal import show
 
 THRESHOLD_PASSED = 4
 
@@ -130,9 +131,9 @@ def compare_command(
         k = worst_flight(comparison.models[0].errors)
         record_comparison(recording, used[k], comparison.models[0].model, comparison.models[0].errors[k])
         say(quiet, f"{recording}: {comparison.paths[k]}")
-    click.echo(summary.as_text(comparison, verbose=verbose), nl=False)
+    show(summary.as_text(comparison, verbose=verbose))
     if healthy is not None:
-        click.echo(summary.beside(comparison, healthy), nl=False)
+        show(summary.beside(comparison, healthy))
     files.say_unmet(reading.accept, let_in.codes)
     said = thresholds.passed(comparison.models[0], limits)
     for sentence in said:

@@ -175,13 +175,13 @@ def _percent(share: float) -> str:
 
 def _by_flight(comparison: Comparison) -> str:
     first = comparison.models[0]
-    lines = ["RMSE over the floor, flight by flight" + "".join(f"{axis:>9}" for axis in AXES)]
+    lines = [f"{'RMSE over the floor':<25}" + "".join(f"{axis:>9}" for axis in AXES)]
     for k, path in enumerate(comparison.paths):
         s = first.of_flight(k)
         with np.errstate(invalid="ignore", divide="ignore"):
             times = s.rmse / s.floor
         cells = "".join(f" {'-' if not math.isfinite(x) else f'{x:.4g}':>8}" for x in times)
-        lines.append(f"  {Path(path).name:<35}{cells}")
+        lines.append(f"  {Path(path).name:<23}{cells}")
     return "\n".join(lines)
 
 

@@ -10,6 +10,7 @@ import click
 
 from infotraj.errors import InfotrajError, InputError
 from infotraj.options import accept_option
+from infotraj.terminal import show
 
 if TYPE_CHECKING:
     from infotraj.checking.whole import Check
@@ -39,7 +40,7 @@ def doctor_command(model: Path, flights: tuple[Path, ...], accept: tuple[str, ..
         if not stands:
             ready.append(check.source)
         if stands or not quiet:
-            click.echo(f"{check.source}: {line}")
+            show(f"{check.source}: {line}")
     if ready and not quiet:
         click.echo(f"next: infotraj diagnose {model} {' '.join(ready)}", err=True)
     if len(ready) < len(flights):
@@ -58,7 +59,7 @@ def diagnosed(check: Check, model: Model, accept: frozenset[str] = frozenset()) 
         return True, f"{code}: {found}; do: {what}"
     if not check.source.endswith((".parquet", ".csv")):
         return True, f"a log, not yet a flight table; do: infotraj import {check.source} -o flight.parquet"
-    lost = _unanswered(check, model, accept)
+    lost, doubtful = _unanswered(check, model, accept)
     if isinstance(lost, str):
         return True, lost
     said = "nothing stands in the way"
@@ -67,23 +68,27 @@ def diagnosed(check: Check, model: Model, accept: frozenset[str] = frozenset()) 
         said += f"; only {check.airborne_seconds:.1f} s in the air: fly longer, or several times"
     if lost:
         said += "; not judged: " + ", ".join(f"{axes} ({why})" for why, axes in lost.items())
+    if doubtful:
+        said += f"; doubtful: {' '.join(doubtful)} (the file predicts worse than nothing: order, spins, time stamps?)"
     return False, said
 
 
-def _unanswered(check: Check, model: Model, accept: frozenset[str]) -> dict[str, str] | str:
-    """Why which axes cannot be judged: {reason: axes}; a line where none can."""
+def _unanswered(check: Check, model: Model, accept: frozenset[str]) -> tuple[dict[str, str] | str, list[str]]:
+    """Why which axes cannot be judged, {reason: axes}, or a line where none can; and the axes that may not be."""
     from infotraj.checking.acceptance import accepting
     from infotraj.checking.admission import admitted
     from infotraj.comparing.equation_error import AXES, equation_error
+    from infotraj.comparing.statistics import statistics
     from infotraj.flight import read_flight
 
     try:
         error = equation_error(model, admitted(accepting(read_flight(check.source), accept), check))
     except InfotrajError as refused:
-        return str(refused)
+        return str(refused), []
     if len(error.reasons) == len(AXES):
-        return f"no axis can be judged: {'; '.join(dict.fromkeys(error.reasons.values()))}"
+        return f"no axis can be judged: {'; '.join(dict.fromkeys(error.reasons.values()))}", []
     if not error.scored.any():
         left_out = ", ".join(f"{count} {why}" for why, count in error.left_out.items() if count)
-        return f"no row can be used ({left_out or 'too short'}); do: fly longer, or check `airborne`"
-    return {why: " ".join(axis for axis in AXES if error.reasons.get(axis) == why) for why in error.reasons.values()}
+        return f"no row can be used ({left_out or 'too short'}); do: fly longer, or check `airborne`", []
+    lost = {why: " ".join(axis for axis in AXES if error.reasons.get(axis) == why) for why in error.reasons.values()}
+    return lost, [axis for axis in statistics([error]).worse_than_none if axis.startswith("t")]

@@ -23,6 +23,7 @@ from infotraj.options import (
     seed_option,
 )
 from infotraj.progress import waiting
+from infotraj.terminal import show
 
 
 class _Seconds(click.ParamType):
@@ -147,7 +148,7 @@ def design_command(
         design_figure(made.reference, made.flown.position if made.flown else None, made.inputs, made.limits, *paths)
         for p in paths:
             say(quiet, str(p))
-    click.echo(report.as_text(made, str(output)), nl=False)
+    show(report.as_text(made, str(output)))
     files.say_unmet(reading.accept, let_in.codes + [d.code for d in found.doubts])
     named = " ".join(str(f.meta["source"]) for f in let_in.flights)
     again = f"infotraj diagnose {model} {named} NEW_FLIGHT"

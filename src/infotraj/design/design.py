@@ -155,8 +155,7 @@ def design(
         )
     else:
         told = tuple(_numbers(questions[0], grams[0], again[0], determine))
-    inputs = np.stack([chosen.flight.get(c)[:, 0] for c in _rotor_columns(chosen.flight)], axis=1)
-    return Design(chosen.reference, told, inputs, bound, room, sim, why, candidates)
+    return Design(chosen.reference, told, _rotor_inputs(chosen.flight), bound, room, sim, why, candidates)
 
 
 def _within(model: Model, genes: Array, room: Room, bound: Limits, like: Flight) -> _Tried | None:
@@ -164,9 +163,7 @@ def _within(model: Model, genes: Array, room: Room, bound: Limits, like: Flight)
     for _ in range(_TRIES):
         reference = path(room, genes)
         flight = expected(model, reference, like)
-        columns = _rotor_columns(flight)
-        inputs = np.stack([flight.get(c)[:, 0] for c in columns], axis=1) if columns else np.zeros((0, 0))
-        if not model.vehicle.rotors or bound.passed(inputs) <= -_INSIDE:
+        if not model.vehicle.rotors or bound.passed(_rotor_inputs(flight)) <= -_INSIDE:
             return _Tried(genes, reference, flight, -np.inf)
         genes = calmer(genes, _CALMER)
     return None
@@ -186,7 +183,7 @@ def _flyable(
         except InputError as error:
             return one, None, str(error)
         if sim is None:
-            return one, None, "the vehicle file has no rotors, mass or inertia: nothing could be simulated"
+            return one, None, "not simulated: that takes rotors, mass and inertia in the vehicle file; begin gently"
         away = sim.away(one.reference)
         why = f"in simulation it strays by {away:.2g} m from the reference" if not away <= _BESIDE else ""
         if sim.at_limit > _AT_LIMIT:
@@ -248,7 +245,8 @@ def _absent(candidate: Candidate, vehicle: Vehicle) -> Array:
     return np.concatenate([candidate.cls.absent(vehicle, p) for p in candidate.form])
 
 
-def _rotor_columns(flight: Flight) -> list[str]:
+def _rotor_inputs(flight: Flight) -> Array:
+    """What each rotor is asked for (n, rotors); (0, 0) where the vehicle is given a wrench."""
     prefix = "cmd_rotor_" if flight.has("cmd_rotor_0") else "rotor_"
-    count = flight.numbered(prefix).shape[1]
-    return [f"{prefix}{i}" for i in range(count)]
+    columns = [f"{prefix}{i}" for i in range(flight.numbered(prefix).shape[1])]
+    return np.stack([flight.get(c)[:, 0] for c in columns], axis=1) if columns else np.zeros((0, 0))

@@ -25,6 +25,7 @@ from infotraj.options import (
     window_option,
 )
 from infotraj.progress import waiting
+from infotraj.terminal import show
 
 
 @click.command("locate")
@@ -109,7 +110,7 @@ def locate_command(
         k = worst_flight(located.errors)
         record_comparison(recording, used[k], loaded, located.errors[k])
         say(quiet, f"{recording}: {located.paths[k]}")
-    click.echo(summary.as_text(located, verbose=verbose, healthy=healthy), nl=False)
+    show(summary.as_text(located, verbose=verbose, healthy=healthy))
     files.say_unmet(reading.accept, let_in.codes)
     beside_them = f" --reference {' '.join(healthy.paths)}" if healthy is not None else ""
     say(quiet, f"next: infotraj diagnose {model} {' '.join(located.paths)}{beside_them}")

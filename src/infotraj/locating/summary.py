@@ -122,14 +122,14 @@ def as_text(located: Located, *, verbose: bool = False, healthy: Beside | None =
         if verbose or axis == located.places[0].axis:
             lines.append(f"a tree over all quantities, {axis} beside its mean:")
             lines += [f"  {sentences.leaf_sentence(axis, leaf)}" for leaf in tree]
-    lines.append("RMSE over the floor" + " " * 21 + "".join(f"{axis:>8}" for axis in AXES))
+    lines.append(f"{'RMSE over the floor':<30}" + "".join(f"{axis:>8}" for axis in AXES))
     rows = [("all flights", located.overall)]
     if verbose or 1 < len(located.paths) <= 12:
         rows += [(Path(p).name, s) for p, s in zip(located.paths, located.by_flight, strict=True)]
     if healthy is not None:
         rows += [(f"healthy: {Path(p).name}", s) for p, s in zip(healthy.paths, healthy.by_flight, strict=True)]
     for name, s in rows:
-        lines.append(f"  {name:<38}" + "".join(f" {'-' if not np.isfinite(x) else f'{x:.3g}':>7}" for x in _times(s)))
+        lines.append(f"  {name:<28}" + "".join(f" {'-' if not np.isfinite(x) else f'{x:.3g}':>7}" for x in _times(s)))
     if located.cannot_name:
         lines.append(f"not searched, for the flights do not hold it: {', '.join(located.cannot_name)}")
     lines += remarks(located.overall, located.errors)

@@ -23,6 +23,7 @@ from infotraj.options import (
     seed_option,
 )
 from infotraj.progress import waiting
+from infotraj.terminal import show
 
 
 @click.command("report")
@@ -102,7 +103,7 @@ def report_command(
     if json_file is not None:
         files.write_json(content, json_file)
     _write(content, output, quiet)
-    click.echo(sentence(found))
+    show(sentence(found))
     files.say_unmet(reading.accept, asked.flights.codes + [d.code for d in found.doubts])
 
 

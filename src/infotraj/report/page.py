@@ -10,6 +10,7 @@ from typing import Any
 
 from jinja2 import Environment, FunctionLoader, StrictUndefined
 
+from infotraj.diagnosis.report.reasons import why
 from infotraj.errors import InfotrajError, problem
 from infotraj.report.bars import gains, panel
 from infotraj.report.figures import figures, javascript
@@ -49,10 +50,11 @@ def page(content: dict[str, Any]) -> str:
         answer=content["answer"],
         named=[r for r in rows if r["verdict"] in _CONFIDENT],
         maybe=[r for r in rows if r["verdict"] == "Plausible"],
+        corrects=[one["name"] for one in content["answer"].get("corrected", [])],
         quiet=[r for r in rows if r["verdict"] not in (*_CONFIDENT, "Plausible")],
         marks=_MARKS,
         gains=gains(content),
-        unjudged=_by_reason(content["answer"]["axes"]),
+        unjudged=dict(why({a: said["reason"] for a, said in content["answer"]["axes"].items() if not said["judged"]})),
         panels=[panel(content, axis) for axis in content["fall"]["axes"]],
         numbers=lambda row, key="parameters": numbers(row, content["effects"].get(row["name"], {}), key),
         shade=shade,
@@ -70,15 +72,6 @@ def shade(value: float | None) -> str:
         return "none"
     limits = (1.2, 2.0, 4.0, 8.0, 16.0, 50.0)
     return str(sum(value >= x for x in limits))
-
-
-def _by_reason(axes: dict[str, Any]) -> dict[str, list[str]]:
-    """The axes that cannot be judged, by the reason."""
-    found: dict[str, list[str]] = {}
-    for axis, judged in axes.items():
-        if not judged["judged"]:
-            found.setdefault(judged["reason"], []).append(axis)
-    return found
 
 
 def _rank(row: dict[str, Any]) -> tuple[int, float]:

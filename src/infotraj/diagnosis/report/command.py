@@ -27,6 +27,7 @@ from infotraj.options import (
     verbose_option,
 )
 from infotraj.progress import waiting
+from infotraj.terminal import show
 
 _SEED = seed_option("Of the resamples and surrogates.")
 _VERBOSE = verbose_option("Every effect, and what the search did.")
@@ -109,7 +110,7 @@ def diagnose_command(
         k = worst_flight(errors)
         record_comparison(recording, shown[k], found.model, errors[k])
         say(quiet, f"{recording}: {shown[k].meta.get('source')}")
-    click.echo(summary.as_text(found, verbose=verbose), nl=False)
+    show(summary.as_text(found, verbose=verbose))
     if save_model is not None and not found.judged:
         click.echo(f"{save_model} is not written: no axis could be judged", err=True)
     files.say_unmet(reading.accept, asked.flights.codes + [d.code for d in found.doubts])
@@ -175,7 +176,7 @@ def add_command(
     save_added(made, output, parent=model, flights=used)
     if json_file is not None:
         files.write_json(made.as_dict(), json_file)
-    click.echo(made.as_text(), nl=False)
+    show(made.as_text())
     for label, how in made.ended.items():
         click.echo(f"{label}: {how}; {output} says so, too", err=True)
     files.say_unmet(reading.accept, let_in.codes)
@@ -196,5 +197,5 @@ def history_command(model: Path, json_file: Path | None, quiet: bool) -> None:
         from infotraj.comparing import files
 
         files.write_json(as_dict(chain), json_file)
-    click.echo(as_text(chain), nl=False)
+    show(as_text(chain))
     say(quiet, f"next: infotraj diagnose {model} FLIGHT...")

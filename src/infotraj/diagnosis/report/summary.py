@@ -10,6 +10,7 @@ from infotraj.checking.acceptance import accepted_in, accepted_lines
 from infotraj.comparing.equation_error import AXES
 from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.judge.verdicts import Finding
+from infotraj.diagnosis.report.reasons import why
 from infotraj.effects import Effect
 from infotraj.rotations import Array
 
@@ -117,8 +118,7 @@ def sentence(found: Diagnosis) -> str:
     if not found.judged:
         first = f"These data cannot say which effect is missing: {next(iter(found.refused.values()))}"
     elif found.refused:
-        axes = ", ".join(found.refused)
-        first += f"; nothing can be said about {axes}: {'; '.join(dict.fromkeys(found.refused.values()))}"
+        first += "; nothing can be said about " + "; ".join(f"{', '.join(a)}: {r}" for r, a in why(found.refused))
     if found.unexplained.found:
         where = ", ".join(list(dict.fromkeys(s.axis for s in found.unexplained.axes))[:3])
         first += f"; structured error is left on {where} that no effect of the catalogue explains"
@@ -128,7 +128,7 @@ def sentence(found: Diagnosis) -> str:
 def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
     """The table for people: effects by verdict, then the error by axis, then what is left."""
     rows = sorted(found.findings, key=lambda f: (_ORDER.index(f.verdict), -(f.evidence.rise if f.evidence else 0.0)))
-    lines = [f"{'effect':<20}{'verdict':<19}{'rise':>9}{'change':>9}{'95 %':>18}{'better':>8}{'kept':>6}  values"]
+    lines = [f"{'effect':<20}{'verdict':<14}{'rise':>9}{'change':>8}{'95 %':>15}{'better':>7}{'kept':>5}  values"]
     for f in rows:
         quiet = f.verdict in ("Not needed", "Not testable here")
         if quiet and not verbose:
@@ -195,7 +195,7 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
 
 def _row(f: Finding) -> str:
     if f.evidence is None:
-        return f"{f.name:<20}{f.verdict:<19}"
+        return f"{f.name:<20}{f.verdict}"
     e = f.evidence
     interval = f"{e.ci95[0]:+.3f} {e.ci95[1]:+.3f}"
     better = f"{e.flights_better[0]}/{e.flights_better[1]}"
@@ -203,8 +203,8 @@ def _row(f: Finding) -> str:
     if values and e.form_error >= 0.1 and f.verdict not in ("Not needed", "Not testable here"):
         values += f", from place to place by {100 * e.form_error:.0f} %"
     return (
-        f"{f.name:<20}{f.verdict:<19}{e.rise:>9.3g}{e.heldout_change:>+9.3f}{interval:>18}{better:>8}"
-        f"{e.selected:>6.2f}  {values}"
+        f"{f.name:<20}{f.verdict:<14}{e.rise:>9.3g}{e.heldout_change:>+8.3f}{interval:>15}{better:>7}"
+        f"{e.selected:>5.2f}  {values}"
     )
 
 
