@@ -1,4 +1,4 @@
-"""Results on a terminal: what is longer than a line goes on below, at a word. Pipes and files get every line whole."""
+"""Results as a person reads them: long lines go on below, at a word, on a terminal; elsewhere they stay whole."""
 
 from __future__ import annotations
 
@@ -15,6 +15,11 @@ def show(text: str) -> None:
     """Prints a result; folded where standard output is a terminal."""
     folding = sys.stdout.isatty()
     click.echo(folded(text, shutil.get_terminal_size().columns) if folding else text, nl=not text.endswith("\n"))
+
+
+def counted(count: int, what: str) -> str:
+    """`1 flight`, `2 flights`."""
+    return f"{count} {what}" + ("s" if count != 1 else "")
 
 
 def folded(text: str, width: int) -> str:

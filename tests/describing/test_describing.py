@@ -128,6 +128,22 @@ def test_a_speed_may_be_given_in_rpm(tmp_path):
         assert new("-o", tmp_path / "no.yaml", *SMALL, "--hover", wrong).exit_code == 2
 
 
+def test_lengths_may_be_given_in_the_units_they_are_sold_in(tmp_path):
+    made = []
+    for arm, propeller in (("0.275", "0.254"), ("27.5cm", "10in"), ("275 mm", "0.254m")):
+        out = tmp_path / arm.replace(" ", "") / "mine.yaml"
+        given = ["--layout", "hexa_x", "--order", "px4", "--mass", "2.1", "--hover", "5600rpm"]
+        done = new("-o", out, *given, "--arm", arm, "--propeller", propeller)
+        assert done.exit_code == 0, done.output
+        made.append(yaml.safe_load(out.read_text())["rotors"])
+    assert made[0] == made[1] == made[2]
+    assert made[0][0]["position"] == [0, -0.275, 0]
+    assert made[0][0]["radius"] == pytest.approx(0.127)
+    refused = new("-o", tmp_path / "no.yaml", *SMALL, "--arm", "1ft")
+    assert refused.exit_code == 2
+    assert "m or cm or mm or in" in refused.output
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [

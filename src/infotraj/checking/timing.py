@@ -9,6 +9,7 @@ from infotraj.checking.finding import Finding, Span, spans_text
 from infotraj.checking.settings import command
 from infotraj.flight import RATE, VELOCITY, Flight
 from infotraj.rotations import Array
+from infotraj.terminal import counted
 
 TIME_UNITS = {1e-3: ("milliseconds", "ms"), 1e-6: ("microseconds", "us"), 1e-9: ("nanoseconds", "ns")}
 # No multirotor is logged slower than 2 Hz or faster than 20 kHz: outside, the unit is not seconds.
@@ -67,7 +68,7 @@ def gaps(flight: Flight, airborne: Array) -> list[Finding]:
         Finding(
             "gaps",
             "warning" if share > 0.05 else "note",
-            f"{len(long)} gap{'s' * (len(long) > 1)} in flight, {lost:.2f} s in all, "
+            f"{counted(len(long), 'gap')} in flight, {lost:.2f} s in all, "
             f"the longest {step[long].max():.2f} s ({spans_text(spans)})",
             "nothing is known there; filters and rollouts must start again after each gap",
             "nothing, gaps are kept as gaps" if share <= 0.05 else "find out what the logger lost",

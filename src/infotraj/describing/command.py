@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import sys
 from pathlib import Path
@@ -23,24 +24,28 @@ _NEEDED = {
 }
 
 
-class _Speed(click.ParamType):
-    """A positive number: `586`, or a speed of a rotor with its unit: `586rad/s`, `5600rpm`. Given in rad/s."""
+class _Measured(click.ParamType):
+    """A positive number, in the unit that is stored or with another: `0.275`, `27.5cm`. units: each in the stored one."""
 
-    name = "speed"
+    def __init__(self, name: str, units: dict[str, float], example: str) -> None:
+        self.name, self.units, self.example = name, units, example
 
     def convert(self, value, param, ctx):
-        from infotraj.describing.alone import RPM
-
-        found = re.fullmatch(r"\s*(\d*\.?\d*(?:e[-+]?\d+)?)\s*(rpm|rad/s)?\s*", str(value), re.IGNORECASE)
+        found = re.fullmatch(r"\s*(\d*\.?\d*(?:e[-+]?\d+)?)\s*([a-z/]*)\s*", str(value), re.IGNORECASE)
+        unit = found[2].lower() if found is not None else ""
         try:
             number = float(found[1]) if found is not None else 0.0
         except ValueError:
             number = 0.0
-        if found is None or not 0.0 < number < float("inf"):
-            self.fail(f"{value!r} is no positive number, alone or with rad/s or rpm, such as 586 or 5600rpm")
-        return number * (RPM if (found[2] or "").lower() == "rpm" else 1.0)
+        if not 0.0 < number < float("inf") or (unit and unit not in self.units):
+            self.fail(
+                f"{value!r} is no positive number, alone or with {' or '.join(self.units)}, such as {self.example}"
+            )
+        return number * self.units.get(unit, 1.0)
 
 
+_SPEED = _Measured("speed", {"rad/s": 1.0, "rpm": math.pi / 30}, "586 or 5600rpm")
+_LENGTH = _Measured("length", {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}, "0.275 or 27.5cm")
 _POSITIVE = click.FloatRange(min=0, min_open=True)
 _FLIGHT = click.option("--flight", type=click.Path(path_type=Path), help="A flight to hold the new file against.")
 
@@ -54,20 +59,20 @@ def vehicle_command() -> None:
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="The new file, NAME.yaml.")
 @click.option("--layout", type=click.Choice(LAYOUTS), help="Where the rotors stand.")
 @click.option("--order", type=click.Choice(ORDERS), help="Whose order of motors the log has.")
-@click.option("--arm", type=_POSITIVE, help="m, from the middle to a rotor's axis.")
+@click.option("--arm", type=_LENGTH, help="m (or 27.5cm), from the middle to a rotor's axis.")
 @click.option("--mass", type=_POSITIVE, help="kg, with the battery.")
-@click.option("--propeller", type=_POSITIVE, help="m, diameter.")
+@click.option("--propeller", type=_LENGTH, help="m (or 10in), diameter.")
 @click.option(
     "--input",
     "kind",
     type=click.Choice(["speed", "throttle", "thrust"]),
     help="What the log has of each rotor: rad/s or rpm, 0..1 (PWM, dshot), or N.  [default: speed]",
 )
-@click.option("--hover", type=_Speed(), help="Speed (586 rad/s, or 5600rpm) or throttle (0..1) of a rotor in hover.")
+@click.option("--hover", type=_SPEED, help="Speed (586 rad/s, or 5600rpm) or throttle (0..1) of a rotor in hover.")
 @click.option("--thrust-coefficient", type=_POSITIVE, help="N s^2/rad^2, from a stand.")
 @click.option("--moment-constant", type=_POSITIVE, help="m, torque over thrust, from a stand.")
 @click.option("--time-constant", type=_POSITIVE, help="s, of a step on a stand.")
-@click.option("--max-speed", type=_Speed(), help="rad/s, or 9000rpm.")
+@click.option("--max-speed", type=_SPEED, help="rad/s, or 9000rpm.")
 @click.option("--inertia", cls=Several, type=_POSITIVE, metavar="XX YY ZZ", help="kg m^2, from CAD or a pendulum.")
 @_FLIGHT
 @quiet_option
@@ -134,7 +139,8 @@ def _completed(known: dict[str, Any], kind: str) -> str:
         options = ", ".join(f"--{name}" + (f" ({offered[name]})" if name in offered else "") for name in missing)
         raise UsageError(problem(f"no {options}", "what the file cannot do without", "Add it, or use a terminal."))
     for name in missing:
-        choices = {"layout": click.Choice(LAYOUTS), "order": click.Choice(ORDERS)}.get(name, _POSITIVE)
+        kinds = {"layout": click.Choice(LAYOUTS), "order": click.Choice(ORDERS), "arm": _LENGTH, "propeller": _LENGTH}
+        choices = kinds.get(name, _POSITIVE)
         known[name] = click.prompt(
             _NEEDED.get(name, "Throttle in hover, 0..1"), type=choices, show_choices=False, err=True
         )

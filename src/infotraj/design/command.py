@@ -23,7 +23,7 @@ from infotraj.options import (
     seed_option,
 )
 from infotraj.progress import waiting
-from infotraj.terminal import show
+from infotraj.terminal import counted, show
 
 
 class _Seconds(click.ParamType):
@@ -120,7 +120,7 @@ def design_command(
         raise UsageError(problem("--separate and --determine at once", "one question", "Leave one out."))
     read, _ = read_model(model, effects_from)
     let_in = files.admitted(flown, read.vehicle, lambda flight: observe(read, [flight], None, None), reading)
-    with waiting(f"diagnosing {len(let_in.flights)} flights"):
+    with waiting(f"diagnosing {counted(len(let_in.flights), 'flight')}"):
         found = diagnose(read, let_in.flights, effects_from=effects_from, seed=seed)
     room = room_of(let_in.flights, box, seconds, max_speed, float(np.deg2rad(max_tilt)), read)
     loud = not quiet and sys.stderr.isatty()

@@ -25,7 +25,7 @@ from infotraj.options import (
     window_option,
 )
 from infotraj.progress import waiting
-from infotraj.terminal import show
+from infotraj.terminal import counted, show
 
 
 @click.command("locate")
@@ -87,7 +87,7 @@ def locate_command(
     let_in = admitted(flights)
     used = let_in.flights
     usual = admitted(reference).flights if reference else []
-    with waiting(f"searching {len(used)} flights"):
+    with waiting(f"searching {counted(len(used), 'flight')}"):
         located = locate(
             loaded,
             used,

@@ -23,7 +23,7 @@ from infotraj.options import (
     seed_option,
 )
 from infotraj.progress import waiting
-from infotraj.terminal import show
+from infotraj.terminal import counted, show
 
 
 @click.command("report")
@@ -91,7 +91,7 @@ def report_command(
         seconds=seconds,
     )
     used = asked.flights.flights
-    say(quiet, f"diagnosing {len(used)} flights, {sum(len(f.t) for f in used)} rows")
+    say(quiet, f"diagnosing {counted(len(used), 'flight')}, {sum(len(f.t) for f in used)} rows")
     with waiting("diagnosing"):
         found = asked.answer(matters=matters, seed=seed)
     saved = save_model if save_model is not None and asked.save(found, save_model) else None

@@ -27,7 +27,7 @@ from infotraj.options import (
     verbose_option,
 )
 from infotraj.progress import waiting
-from infotraj.terminal import show
+from infotraj.terminal import counted, show
 
 _SEED = seed_option("Of the resamples and surrogates.")
 _VERBOSE = verbose_option("Every effect, and what the search did.")
@@ -83,7 +83,7 @@ def diagnose_command(
         seconds=seconds,
     )
     used = asked.flights.flights
-    with waiting(f"diagnosing {len(used)} flights, {sum(len(f.t) for f in used)} rows"):
+    with waiting(f"diagnosing {counted(len(used), 'flight')}, {sum(len(f.t) for f in used)} rows"):
         found = asked.answer(matters=matters, seed=seed)
     if json_file is not None:
         files.write_json(summary.as_dict(found), json_file)
@@ -171,7 +171,7 @@ def add_command(
     read, _ = read_model(model, effects_from)
     let_in = files.admitted(flights, read.vehicle, usable(read, start, stop), reading)
     used = let_in.flights
-    with waiting(f"fitting to {len(used)} flights"):
+    with waiting(f"fitting to {counted(len(used), 'flight')}"):
         made = add(read, effects, used, effects_from=effects_from, start=start, stop=stop)
     save_added(made, output, parent=model, flights=used)
     if json_file is not None:

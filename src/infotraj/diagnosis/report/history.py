@@ -8,6 +8,7 @@ from typing import Any
 
 from infotraj.digest import sha256
 from infotraj.models.content import ModelFile, read_content
+from infotraj.terminal import counted
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,7 @@ def as_text(chain: list[Version]) -> str:
         lines.append(f"{number}  {v.path}{note}: {effects}")
         p = v.content.provenance
         if p.note:
-            lines.append(f"   {p.note}; {len(p.flights)} flights; {p.version}")
+            lines.append(f"   {p.note}; {counted(len(p.flights), 'flight')}; {p.version}")
         for when in ("before", "after", "floor"):
             values = p.error.get(when)
             if values:
