@@ -25,7 +25,7 @@ _NEEDED = {
 
 
 class _Measured(click.ParamType):
-    """A positive number, alone in the unit that is stored, or with another: `0.275`, `27.5cm`. units: in the stored one."""
+    """A positive number, alone in the unit that is stored or with another: `0.275`, `27.5cm`. units: each in that."""
 
     def __init__(self, name: str, units: dict[str, float], example: str) -> None:
         self.name, self.units, self.example = name, units, example
