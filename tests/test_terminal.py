@@ -52,3 +52,15 @@ def test_only_a_terminal_folds():
     os.close(ours)
     assert len(seen) > 3
     assert max(map(len, seen)) <= 80
+
+
+def test_no_command_writes_an_escape_code_to_a_terminal():
+    pytest.importorskip("colorama")
+    code = "import colorama; colorama.init(); from infotraj.cli import main; main()"
+    ours, theirs = pty.openpty()
+    subprocess.run([sys.executable, "-c", code, "--version"], stdout=theirs, stderr=theirs, check=True)
+    os.close(theirs)
+    seen = os.read(ours, 4096)
+    os.close(ours)
+    assert b"infotraj, version" in seen
+    assert b"\x1b" not in seen

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import importlib
 import os
 import sys
@@ -36,7 +37,7 @@ COMMANDS = {
 
 
 # These compile what they compute with; what is compiled is kept beside the modules, or where NUMBA_CACHE_DIR says.
-_COMPUTING = {"doctor", "compare", "locate", "diagnose", "add", "report"}
+_COMPUTING = {"doctor", "compare", "locate", "diagnose", "add", "design", "report"}
 
 
 def _said_once(command: str | None) -> None:
@@ -86,6 +87,15 @@ def main() -> None:
     except BrokenPipeError:  # the reader of our output has gone, as in `infotraj ... | head`
         sys.stdout = None
         sys.exit(1)
+    finally:
+        _no_escape_code_at_the_end()
+
+
+def _no_escape_code_at_the_end() -> None:
+    # Where colorama is installed numba starts it, and it would end every output to a terminal with an escape code.
+    started = sys.modules.get("colorama.initialise")
+    if started is not None:
+        atexit.unregister(started.reset_all)
 
 
 if __name__ == "__main__":
