@@ -36,7 +36,7 @@ def doctor_command(model: Path, flights: tuple[Path, ...], accept: tuple[str, ..
     read = load_model(model)
     ready = []
     for check in check_logs(flights, None, read.vehicle, accept=known(accept)):
-        stands, line = diagnosed(check, read, known(accept))
+        stands, line = diagnosed(check, read, frozenset(known(accept)))
         if not stands:
             ready.append(check.source)
         if stands or not quiet:
