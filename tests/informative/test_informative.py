@@ -68,7 +68,8 @@ def test_with_the_right_model_the_simulated_task_needs_no_feedback():
         exact.points,
         exact.inverse_lengthscales_squared,
         exact.signal_variance,
-        exact.prior_mean,
+        exact.constant,
+        exact.slopes,
     )
     commands = Simulator(OMAV, process).commands([TASK], mean_only, np.random.default_rng(0))[0, 0]
     inertia = OMAV.inertia_matrix()

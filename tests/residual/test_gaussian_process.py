@@ -9,6 +9,7 @@ from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 
 from infotraj.errors import InputError
 from infotraj.residual.compiled import _exp, marginal_value, mean_and_jacobian, mean_value
+from infotraj.residual.draws import MarginalDraws
 from infotraj.residual.gaussian_process import GaussianProcess
 from infotraj.residual.hyperparameters import DEFAULT_PRIOR, _NegativeLogPosterior, fit, sample_hyperparameters
 from infotraj.residual.posterior_variance import RegionVariance
@@ -95,8 +96,8 @@ def test_compiled_marginal_is_mean_plus_deviations():
     scratch, out = np.empty(gp.n), np.empty((2, len(U), gp.m))
     for k, u in enumerate(U):
         for s, normal in enumerate((0.0, -2.0)):
-            arrays = gp.mean_arrays
-            marginal_value(u, *arrays[:2], gp.L, *arrays[2:], np.full(gp.m, normal), scratch, out[s, k])
+            arrays = MarginalDraws(gp, np.random.default_rng(0), 1).arrays
+            marginal_value(u, *arrays, np.full(gp.m, normal), scratch, out[s, k])
     np.testing.assert_allclose(out[0], gp.mean(U), atol=1e-10)
     np.testing.assert_allclose(out[1], gp.mean(U) - 2 * np.sqrt(gp.variance(U)), atol=1e-8)
 

@@ -22,11 +22,11 @@ def invert(wanted, process, max_correction, correction, command):
 
     process: the arrays of `GaussianProcess.mean_arrays`; correction (3,): start value, and the result command - wanted.
     """
-    points, alpha, weights, signal_variance, offset = process
+    points, alpha, weights, signal_variance, constant, slopes = process
     command[:3] = wanted[:3]
     command[3:] = wanted[3:] + correction
     mean, jacobian = np.empty(3), np.empty((3, 6))
-    mean_and_jacobian(command, points, alpha, weights, signal_variance, offset, mean, jacobian)
+    mean_and_jacobian(command, points, alpha, weights, signal_variance, constant, slopes, mean, jacobian)
     error = wanted[3:] - command[3:] - mean
     cost = error @ error
     damping = 1e-4
@@ -42,7 +42,7 @@ def invert(wanted, process, max_correction, correction, command):
         for i in range(3):
             shift = command[3 + i] + step[i] - wanted[3 + i]
             trial[3 + i] = wanted[3 + i] + min(max(shift, -max_correction), max_correction)
-        mean_and_jacobian(trial, points, alpha, weights, signal_variance, offset, trial_mean, trial_jacobian)
+        mean_and_jacobian(trial, points, alpha, weights, signal_variance, constant, slopes, trial_mean, trial_jacobian)
         trial_error = wanted[3:] - trial[3:] - trial_mean
         trial_cost = trial_error @ trial_error
         if trial_cost < cost:

@@ -93,8 +93,7 @@ class Simulator:
             step, arrays = _rollout, [draws.one(k) for k in range(count)]
         else:
             fresh = draws.rng.standard_normal((count, samples, 3))
-            own = draws.gp.mean_arrays
-            step, arrays = _marginal_rollout, [(*own, draws.gp.L, fresh[k]) for k in range(count)]
+            step, arrays = _marginal_rollout, [(*draws.arrays, fresh[k]) for k in range(count)]
 
         def run(job: tuple[int, int]) -> None:
             i, k = job
@@ -128,12 +127,14 @@ def _rollout(gains, gravity, inertia, inverse, scale, period, reference, noise, 
     state = reference[0, :13].copy()
     memory = np.zeros(9)
     residual = np.empty(3)
-    frequencies, phases, amplitudes, update, points, weights, variance, mean = draw
+    frequencies, phases, amplitudes, update, points, weights, variance, constant, slopes = draw
     for k in range(reference.shape[0]):
         if moved.shape[0]:
             moved[k] = state
         _command(gains, gravity, inertia, period, state, reference[k], noise[k], process, memory, out[k])
-        draw_value(out[k], frequencies, phases, amplitudes, update, points, weights, variance, mean, residual)
+        draw_value(
+            out[k], frequencies, phases, amplitudes, update, points, weights, variance, constant, slopes, residual
+        )
         _advance(state, out[k], residual, gravity, inertia, inverse, scale, period)
 
 
@@ -142,7 +143,7 @@ def _marginal_rollout(gains, gravity, inertia, inverse, scale, period, reference
     state = reference[0, :13].copy()
     memory = np.zeros(9)
     residual = np.empty(3)
-    points, alpha, weights, variance, mean, factor, normal = draw
+    points, alpha, factor, weights, variance, mean, normal = draw
     scratch = np.empty(points.shape[1])
     for k in range(reference.shape[0]):
         if moved.shape[0]:

@@ -114,11 +114,12 @@ def _exponents(u, points, inverse_lengthscales_squared, o, start, size, w):
 
 @njit(cache=True, fastmath=True, error_model="numpy")
 def mean_and_jacobian(
-    u, points, alpha, inverse_lengthscales_squared, signal_variance, prior_mean, out_mean, out_jacobian
+    u, points, alpha, inverse_lengthscales_squared, signal_variance, constant, slopes, out_mean, out_jacobian
 ):
     """Posterior mean (m,) and its derivative (m, d) at u (d,), into out_mean and out_jacobian.
 
-    The arrays between are `GaussianProcess.mean_arrays`, in its order: points (d, n), alpha (m, n), (m, d), (m,), (m,).
+    The arrays between are `GaussianProcess.mean_arrays`, in its order: points (d, n), alpha (m, n), (m, d), (m,), and
+    the affine part, (m,) and (m, d).
     """
     d, n = np.uint64(points.shape[0]), np.uint64(points.shape[1])
     w = carray(_doubles(), (_BLOCK,))
@@ -139,9 +140,11 @@ def mean_and_jacobian(
                 for j in range(size):
                     slope += w[j] * (points[i, start + j] - ui)
                 out_jacobian[o, i] += slope
-        out_mean[o] = prior_mean[o] + signal_variance[o] * total
+        out_mean[o] = constant[o] + signal_variance[o] * total
         for i in range(d):
+            out_mean[o] += slopes[o, i] * u[i]
             out_jacobian[o, i] *= signal_variance[o] * inverse_lengthscales_squared[o, i]
+            out_jacobian[o, i] += slopes[o, i]
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
@@ -162,10 +165,18 @@ def _add_kernel_sum(u, points, weights, inverse_lengthscales_squared, signal_var
 
 
 @njit(cache=True, error_model="numpy")
-def mean_value(u, points, alpha, inverse_lengthscales_squared, signal_variance, prior_mean, out):
-    """Posterior mean (m,) at u (d,), into out; the arrays as in `mean_and_jacobian`."""
+def _affine(u, constant, slopes, out):
+    """out (m,) = constant + slopes u."""
     for o in range(out.shape[0]):
-        out[o] = prior_mean[o]
+        out[o] = constant[o]
+        for i in range(u.shape[0]):
+            out[o] += slopes[o, i] * u[i]
+
+
+@njit(cache=True, error_model="numpy")
+def mean_value(u, points, alpha, inverse_lengthscales_squared, signal_variance, constant, slopes, out):
+    """Posterior mean (m,) at u (d,), into out; the arrays as in `mean_and_jacobian`."""
+    _affine(u, constant, slopes, out)
     _add_kernel_sum(u, points, alpha, inverse_lengthscales_squared, signal_variance, out)
 
 
@@ -201,7 +212,17 @@ def prior_draw_value(u, frequencies, phases, amplitudes, out):
 
 @njit(cache=True, error_model="numpy")
 def draw_value(
-    u, frequencies, phases, amplitudes, update, points, inverse_lengthscales_squared, signal_variance, prior_mean, out
+    u,
+    frequencies,
+    phases,
+    amplitudes,
+    update,
+    points,
+    inverse_lengthscales_squared,
+    signal_variance,
+    constant,
+    slopes,
+    out,
 ):
     """One posterior draw at u (d,), into out (m,): prior draw plus exact kernel update (pathwise conditioning).
 
@@ -209,7 +230,9 @@ def draw_value(
     """
     prior_draw_value(u, frequencies, phases, amplitudes, out)
     for o in range(out.shape[0]):
-        out[o] += prior_mean[o]
+        out[o] += constant[o]
+        for i in range(u.shape[0]):
+            out[o] += slopes[o, i] * u[i]
     _add_kernel_sum(u, points, update, inverse_lengthscales_squared, signal_variance, out)
 
 

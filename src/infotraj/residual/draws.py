@@ -36,16 +36,18 @@ class DrawArrays(NamedTuple):
     points: Array
     inverse_lengthscales_squared: Array
     signal_variance: Array
-    prior_mean: Array
+    constant: Array
+    slopes: Array
 
 
 @dataclass(frozen=True, eq=False)
 class PosteriorDraws:
     """`count` functions drawn from a posterior, each a draw of all m outputs.
 
-    The draw is sum_f amplitude_f cos(2 pi (frequency_f . u + phase_f)) + prior_mean + k(u, X) update. frequencies
-    (count, m, d, F) in turns a unit of u, phases and amplitudes (count, m, F), all single precision (a cosine costs a
-    tenth; a value is good to about 1e-6 of the signal's standard deviation); update (count, m, n); points (d, n).
+    The draw is sum_f amplitude_f cos(2 pi (frequency_f . u + phase_f)) + k(u, X) update + constant + slopes u, k being
+    the squared exponential. frequencies (count, m, d, F) in turns a unit of u, phases and amplitudes (count, m, F), all
+    single precision (a cosine costs a tenth; a value is good to about 1e-6 of the signal's standard deviation); update
+    (count, m, n); points (d, n); constant (count, m) and slopes (count, m, d), the affine part's own draw included.
     """
 
     frequencies: NDArray[np.float32]
@@ -55,7 +57,8 @@ class PosteriorDraws:
     points: Array
     inverse_lengthscales_squared: Array
     signal_variance: Array
-    prior_mean: Array
+    constant: Array
+    slopes: Array
 
     @classmethod
     def sample(cls, gp: GaussianProcess, rng: np.random.Generator, draws: int, features: int = 512) -> PosteriorDraws:
@@ -75,10 +78,17 @@ class PosteriorDraws:
 
         residual = np.empty((draws, gp.n, gp.m))
         _prior_values(gp.X, turns, phases, amplitudes, residual)
+        weights = np.zeros((draws, gp.m, gp.d + 1)) if gp.affine is None else gp.affine.sample(rng, draws)
+        if gp.affine is not None:
+            residual += np.einsum("ni,koi->kno", gp.affine.features(gp.X), weights)
         residual = gp.Y - gp.prior_mean - residual - noise
         update = np.empty((draws, gp.m, gp.n))
         for o in range(gp.m if gp.n else 0):
             update[:, o] = cho_solve((gp.L[o], True), residual[:, :, o].T, check_finite=False).T
+        constant = np.repeat(gp.prior_mean[None], draws, axis=0)
+        if gp.affine is not None:
+            weights = weights + np.stack([gp.affine.weights(gp.X, one) for one in update])
+            constant = constant + weights[:, :, 0] - weights[:, :, 1:] @ gp.affine.origin
         arrays = gp.mean_arrays
         return cls(
             turns,
@@ -88,7 +98,8 @@ class PosteriorDraws:
             arrays.points,
             arrays.inverse_lengthscales_squared,
             arrays.signal_variance,
-            arrays.prior_mean,
+            constant,
+            np.ascontiguousarray(weights[:, :, 1:]),
         )
 
     @property
@@ -98,7 +109,7 @@ class PosteriorDraws:
 
     def part(self, start: int, stop: int) -> PosteriorDraws:
         """The draws from `start` to before `stop` alone (views, no copies)."""
-        own = ("frequencies", "phases", "amplitudes", "update")
+        own = ("frequencies", "phases", "amplitudes", "update", "constant", "slopes")
         return replace(self, **{name: getattr(self, name)[start:stop] for name in own})
 
     def one(self, k: int) -> DrawArrays:
@@ -111,13 +122,14 @@ class PosteriorDraws:
             self.points,
             self.inverse_lengthscales_squared,
             self.signal_variance,
-            self.prior_mean,
+            self.constant[k],
+            self.slopes[k],
         )
 
     def __call__(self, U: ArrayLike) -> Array:
         """Values of every draw, (count, k, m), at inputs (k, d) common to all or (count, k, d), a set a draw."""
         U = _queries(U, self.count, self.points.shape[0])
-        out = np.empty((self.count, U.shape[1], len(self.prior_mean)))
+        out = np.empty((self.count, U.shape[1], self.constant.shape[1]))
         _draw_values(
             U,
             self.frequencies,
@@ -127,7 +139,8 @@ class PosteriorDraws:
             self.points,
             self.inverse_lengthscales_squared,
             self.signal_variance,
-            self.prior_mean,
+            self.constant,
+            self.slopes,
             out,
         )
         return out
@@ -141,12 +154,23 @@ class MarginalDraws:
     rng: np.random.Generator
     count: int
 
+    def __post_init__(self) -> None:
+        if self.gp.affine is not None:
+            remedy = "Draw from `PosteriorDraws`."
+            raise ValueError(problem("marginal draws of a process with an affine prior", "one without", remedy))
+
+    @property
+    def arrays(self) -> tuple[Array, ...]:
+        """What `residual.compiled.marginal_value` takes between the query and the normal numbers, in its order."""
+        points, alpha, inverse_squared, signal_variance, constant, _ = self.gp.mean_arrays
+        return points, alpha, self.gp.L, inverse_squared, signal_variance, constant
+
     def __call__(self, U: ArrayLike) -> Array:
         """Fresh values, (count, k, m), at inputs (k, d) common to all or (count, k, d)."""
         U = _queries(U, self.count, self.gp.d)
         out = np.empty((*U.shape[:2], self.gp.m))
         normal = self.rng.standard_normal(out.shape)
-        _marginal_values(U, *self.gp.mean_arrays[:2], self.gp.L, *self.gp.mean_arrays[2:], normal, out)
+        _marginal_values(U, *self.arrays, normal, out)
         return out
 
 
@@ -167,7 +191,7 @@ def _prior_values(X, frequencies, phases, amplitudes, out):
 
 
 @njit(cache=True)
-def _draw_values(U, frequencies, phases, amplitudes, update, points, inverse_squared, variance, prior_mean, out):
+def _draw_values(U, frequencies, phases, amplitudes, update, points, inverse_squared, variance, constant, slopes, out):
     for k in range(U.shape[0]):
         for j in range(U.shape[1]):
             draw_value(
@@ -179,7 +203,8 @@ def _draw_values(U, frequencies, phases, amplitudes, update, points, inverse_squ
                 points,
                 inverse_squared,
                 variance,
-                prior_mean,
+                constant[k],
+                slopes[k],
                 out[k, j],
             )
 

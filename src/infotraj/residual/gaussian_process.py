@@ -21,6 +21,7 @@ from scipy.linalg import cho_solve, solve_triangular
 from scipy.spatial.distance import cdist
 
 from infotraj.errors import InputError, problem
+from infotraj.residual.affine_prior import AffinePrior
 from infotraj.rotations import Array
 
 # what numpy and zipfile raise on a damaged archive
@@ -37,6 +38,7 @@ _UNREADABLE = (
     zipfile.BadZipFile,
 )
 _STORED = ("X", "Y", "lengthscales", "signal_variance", "noise_variance", "prior_mean")
+_AFFINE = ("affine_origin", "affine_covariance")  # beside them where there is an affine prior
 
 
 class MeanArrays(NamedTuple):
@@ -46,7 +48,8 @@ class MeanArrays(NamedTuple):
     alpha: Array
     inverse_lengthscales_squared: Array
     signal_variance: Array
-    prior_mean: Array
+    constant: Array
+    slopes: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +57,8 @@ class GaussianProcess:
     """Posterior of m independent Gaussian processes over d inputs given n points; n = 0 is the prior.
 
     X (n, d) inputs; Y (n, m) outputs; lengthscales (m, d) in units of X; signal_variance, noise_variance (m,) in
-    squared units of Y; prior_mean (m,) in units of Y. L (m, n, n) is the lower Cholesky factor of K + noise I, and
+    squared units of Y; prior_mean (m,) in units of Y; affine: a prior on affine functions that are added to the squared
+    exponential's, None for none. L (m, n, n) is the lower Cholesky factor of K + noise I, and
     alpha (m, n) the weights (K + noise I)^-1 (y - prior_mean); both are computed here. ValueError where shapes or
     signs do not fit, InputError where the covariance is singular.
     """
@@ -65,6 +69,7 @@ class GaussianProcess:
     signal_variance: Array
     noise_variance: Array
     prior_mean: Array
+    affine: AffinePrior | None = None
     L: Array = field(default=None, repr=False)  # type: ignore[assignment]
     alpha: Array = field(init=False, repr=False)
 
@@ -96,6 +101,9 @@ class GaussianProcess:
             raise ValueError(
                 problem("Gaussian process with NaN or infinite numbers", "finite numbers", "Drop those rows.")
             )
+        if self.affine is not None and self.affine.covariance.shape != (m, d + 1, d + 1):
+            found = f"an affine prior of {self.affine.covariance.shape}"
+            raise ValueError(problem(found, f"{(m, d + 1, d + 1)}", "Compute it for these inputs and outputs."))
         if (self.lengthscales <= 0).any() or (self.signal_variance <= 0).any() or (self.noise_variance < 0).any():
             raise ValueError(
                 problem(
@@ -150,17 +158,36 @@ class GaussianProcess:
             self.alpha,
             1.0 / self.lengthscales**2,
             self.signal_variance,
-            self.prior_mean,
+            *self.affine_mean,
         )
+
+    @property
+    def affine_mean(self) -> tuple[Array, Array]:
+        """Constant (m,) and slopes (m, d) of the part of the posterior mean that is affine in the input."""
+        if self.affine is None:
+            return self.prior_mean, np.zeros((self.m, self.d))
+        weights = self.affine.weights(self.X, self.alpha)
+        slopes = np.ascontiguousarray(weights[:, 1:])
+        return self.prior_mean + weights[:, 0] - slopes @ self.affine.origin, slopes
 
     def _covariance(self, A: Array, B: Array | None = None) -> Array:
         """Prior covariance k(A, B), (m, a, b)."""
+        known = self._remainder(A, A if B is None else B)
+        return known if self.affine is None else known + self.affine.cross(A, A if B is None else B)
+
+    def _remainder(self, A: Array, B: Array) -> Array:
+        """The squared exponential's part of it."""
         return np.stack(
             [
-                s * np.exp(-0.5 * cdist(A / scale, (A if B is None else B) / scale, "sqeuclidean"))
+                s * np.exp(-0.5 * cdist(A / scale, B / scale, "sqeuclidean"))
                 for s, scale in zip(self.signal_variance, self.lengthscales, strict=True)
             ]
         )
+
+    def prior_variance(self, U: Array) -> Array:
+        """Prior variance at U (k, d), (k, m)."""
+        signal = np.broadcast_to(self.signal_variance, (len(U), self.m))
+        return signal if self.affine is None else signal + self.affine.variance(U).T
 
     def _noise(self, n: int) -> Array:
         return self.noise_variance[:, None, None] * np.eye(n)
@@ -177,7 +204,7 @@ class GaussianProcess:
     def variance(self, U: ArrayLike) -> Array:
         """Posterior variance of the noise-free function at U (k, d), (k, m); add noise_variance for a measurement."""
         V = self._whitened(self._queries(U))
-        return np.maximum(self.signal_variance - np.einsum("onk,onk->ko", V, V), 0.0)
+        return np.maximum(self.prior_variance(self._queries(U)) - np.einsum("onk,onk->ko", V, V), 0.0)
 
     def covariance(self, U: ArrayLike) -> Array:
         """Posterior covariance of the noise-free function among the points U (k, d), (m, k, k)."""
@@ -188,9 +215,10 @@ class GaussianProcess:
     def jacobian(self, U: ArrayLike) -> Array:
         """Derivative of the posterior mean with respect to the inputs at U (k, d), (k, m, d)."""
         U = self._queries(U)
-        weighted = self._covariance(U, self.X) * self.alpha[:, None, :]
+        weighted = self._remainder(U, self.X) * self.alpha[:, None, :]
         pulled = weighted @ self.X - weighted.sum(-1)[..., None] * U
-        return np.ascontiguousarray((pulled / self.lengthscales[:, None, :] ** 2).transpose(1, 0, 2))
+        slopes = pulled / self.lengthscales[:, None, :] ** 2 + self.affine_mean[1][:, None, :]
+        return np.ascontiguousarray(slopes.transpose(1, 0, 2))
 
     def condition(self, X_add: ArrayLike, Y_add: ArrayLike) -> GaussianProcess:
         """The posterior after adding X_add (q, d), Y_add (q, m), hyperparameters fixed.
@@ -214,6 +242,7 @@ class GaussianProcess:
             self.signal_variance,
             self.noise_variance,
             self.prior_mean,
+            self.affine,
             L,
         )
 
@@ -230,10 +259,15 @@ class GaussianProcess:
         part = path.with_name(f".{path.name}.part")
         try:
             with part.open("wb") as stream:
-                np.savez(stream, **{name: getattr(self, name) for name in _STORED})
+                np.savez(stream, **{name: getattr(self, name) for name in _STORED}, **self._affine_arrays())
             os.replace(part, path)
         finally:
             part.unlink(missing_ok=True)
+
+    def _affine_arrays(self) -> dict[str, Array]:
+        if self.affine is None:
+            return {}
+        return dict(zip(_AFFINE, (self.affine.origin, self.affine.covariance), strict=True))
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> GaussianProcess:
@@ -245,12 +279,13 @@ class GaussianProcess:
                 if missing := [name for name in _STORED if name not in stored]:
                     raise InputError(problem(f"{path}: no {', '.join(missing)}", expected, remedy))
                 arrays = {name: stored[name] for name in _STORED}
+                affine = [stored[name] for name in _AFFINE if name in stored]
         except _UNREADABLE as error:
             raise InputError(
                 problem(f"{path}: cannot be read ({type(error).__name__}: {error})", expected, remedy)
             ) from None
         try:
-            return cls(**arrays)
+            return cls(**arrays, affine=AffinePrior(*affine) if affine else None)
         except (ValueError, TypeError) as error:
             raise InputError(problem(f"{path}: {error}", expected, remedy)) from None
 

@@ -40,12 +40,19 @@ class RegionVariance:
         self._columns = [slice(start, start + len(panel)) for start, panel in zip(starts, panels, strict=True)]
         self._X = [_rows(gp.X - self._centre, scale) for scale in gp.lengthscales]
         self._Z = [[_columns(panel - self._centre, scale) for panel in panels] for scale in gp.lengthscales]
+        affine = gp.affine
+        # covariance of the affine functions' weights with their values over a panel: what features are multiplied by
+        self._A = [
+            [] if affine is None else [affine.covariance[o] @ affine.features(panel).T for panel in panels]
+            for o in range(gp.m)
+        ]
+        before = None if affine is None else affine.features(gp.X)
         self._V = [
             [
-                solve_triangular(gp.L[o], gp.signal_variance[o] * np.exp(self._X[o] @ Z), lower=True)
+                solve_triangular(gp.L[o], self._kernel(self._X[o], before, o, p), lower=True)
                 if gp.n
-                else np.zeros((0, Z.shape[1]))
-                for Z in self._Z[o]
+                else np.zeros((0, len(panel)))
+                for p, panel in enumerate(panels)
             ]
             for o in range(gp.m)
         ]
@@ -55,10 +62,11 @@ class RegionVariance:
         """Variance of the noise-free function over the region after adding points (q, d), (r, m)."""
         added = self._checked(added)
         variance = self.before.copy()
+        features = None if self.gp.affine is None else self.gp.affine.features(added)
         for o in range(self.gp.m if len(added) else 0):
             rows, W, C = self._added(added, o)
             for p, columns in enumerate(self._columns):
-                R = self._cross(rows, W, o, p)
+                R = self._cross(rows, features, W, o, p)
                 T = solve_triangular(C, R, lower=True, check_finite=False)
                 variance[columns, o] -= np.einsum("qr,qr->r", T, T)
         return np.maximum(variance, 0.0)
@@ -71,11 +79,12 @@ class RegionVariance:
         """
         added = self._checked(added)
         total = self.before.sum(axis=0)
+        features = None if self.gp.affine is None else self.gp.affine.features(added)
         for o in range(self.gp.m if len(added) else 0):
             rows, W, C = self._added(added, o)
             gram = np.zeros((len(added), len(added)))
             for p in range(len(self._columns)):
-                R = self._cross(rows, W, o, p)
+                R = self._cross(rows, features, W, o, p)
                 gram += R @ R.T
             half = solve_triangular(C, gram, lower=True, check_finite=False)
             total[o] -= np.trace(solve_triangular(C, half.T, lower=True, check_finite=False))
@@ -92,6 +101,11 @@ class RegionVariance:
         W = np.zeros((0, len(added)))
         if gp.n:
             W = gp.signal_variance[o] * np.exp(self._X[o] @ columns)
+        if gp.affine is not None:
+            weighted = gp.affine.covariance[o] @ gp.affine.features(added).T
+            S += gp.affine.features(added) @ weighted
+            W = W + gp.affine.features(gp.X) @ weighted
+        if gp.n:
             W = solve_triangular(gp.L[o], W, lower=True, check_finite=False)
             S -= W.T @ W
         try:
@@ -105,7 +119,12 @@ class RegionVariance:
                 )
             ) from None
 
-    def _cross(self, rows: Array, W: Array, o: int, panel: int) -> Array:
+    def _kernel(self, rows: Array, features: Array | None, o: int, panel: int) -> Array:
+        """Prior covariance of points with one panel, (points, columns)."""
+        K = self.gp.signal_variance[o] * np.exp(rows @ self._Z[o][panel])
+        return K if features is None else K + features @ self._A[o][panel]
+
+    def _cross(self, rows: Array, features: Array | None, W: Array, o: int, panel: int) -> Array:
         """R of one panel, (q, columns), in memory that the next call overwrites."""
         Z = self._Z[o][panel]
         shape = (len(rows), Z.shape[1])
@@ -115,6 +134,8 @@ class RegionVariance:
         np.matmul(rows, Z, out=K)
         np.exp(K, out=K)
         K *= self.gp.signal_variance[o]
+        if features is not None:
+            K += np.matmul(features, self._A[o][panel], out=explained)
         if len(W):
             np.matmul(W.T, self._V[o][panel], out=explained)
             K -= explained

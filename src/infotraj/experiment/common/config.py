@@ -68,6 +68,11 @@ class Learning(_Strict):
         "control asks for); null: the spread of the data, which misjudges an input that the flight hardly moved",
     )
     restarts: Annotated[int, Field(ge=0)] = Field(1, description="further starts of the hyperparameter search")
+    prior: Literal["none", "physics"] = Field(
+        "none",
+        description="what is known before any flight; physics: the catalogue's effects in their usual sizes, as "
+        "functions of the wrench, with a small process for the rest",
+    )
 
 
 class Cost(_Strict):

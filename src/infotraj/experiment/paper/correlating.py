@@ -11,7 +11,7 @@ from infotraj.experiment.common.config import ExperimentConfig
 from infotraj.experiment.common.randomness import generator
 from infotraj.experiment.common.tables import write_table
 from infotraj.experiment.paper import flying
-from infotraj.experiment.paper.learning import data_of, learn
+from infotraj.experiment.paper.learning import data_of, known, learn
 from infotraj.experiment.paper.selecting import TASK, sample_candidates, score, simulate
 from infotraj.trajectories.reference import read_reference
 from infotraj.vehicle import load_vehicle
@@ -33,7 +33,8 @@ def correlate(config: ExperimentConfig, plant: str, seed: int, *, reference: Pat
     def flown(what, process, *purpose):
         return data_of(flying.fly(robot, vehicle, what, process, config, rng(*purpose)), vehicle, config.learning)
 
-    prior = learn(flown(task, None, "prior flight"), config.prior_points, config.learning, rng("prior"))
+    first, affine = flown(task, None, "prior flight"), known(config.learning, vehicle)
+    prior = learn(first, config.prior_points, config.learning, rng("prior"), affine=affine)
     test = flown(task, prior, "test flight")
     settings = config.correlation
     candidates = sample_candidates(task, vehicle, config.deviations, settings.candidates, rng("candidates"))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from infotraj.experiment.common.config import ExperimentConfig
 from infotraj.experiment.common.randomness import generator
-from infotraj.experiment.paper.learning import data_of, learn
+from infotraj.experiment.paper.learning import data_of, known, learn
 from infotraj.flight import read_flight
 from infotraj.residual.gaussian_process import GaussianProcess
 from infotraj.vehicle import load_vehicle
@@ -15,9 +15,10 @@ from infotraj.vehicle import load_vehicle
 
 def learn_prior(config: ExperimentConfig, plant: str, seed: int, *, flight: Path, model: Path) -> None:
     """Writes the prior model: `prior_points` of the first flight."""
-    data = data_of(read_flight(flight), load_vehicle(config.vehicle), config.learning)
+    vehicle, learning = load_vehicle(config.vehicle), config.learning
+    data = data_of(read_flight(flight), vehicle, learning)
     rng = generator(config.base_seed, plant, seed, "prior model")
-    learn(data, config.prior_points, config.learning, rng).save(model)
+    learn(data, config.prior_points, learning, rng, affine=known(learning, vehicle)).save(model)
 
 
 def learn_round(
