@@ -23,7 +23,7 @@ def held() -> LearningData:
     disturbance = np.cumsum(rng.normal(0.0, 0.1, (300, 3)), axis=0)
     disturbance = 0.2 * (disturbance - disturbance.mean(axis=0)) / disturbance.std(axis=0)
     asked = rng.normal(0.0, 0.02, (300, 3))
-    force = [0.0, 0.0, 9.81] + rng.normal(0.0, 0.3, (300, 3))
+    force = np.array([0.0, 0.0, 9.81]) + rng.normal(0.0, 0.3, (300, 3))
     return LearningData(0.1 * np.arange(300), np.concatenate([force, asked - disturbance], axis=1), disturbance)
 
 
