@@ -54,6 +54,19 @@ rule publish_hindsight:
         "cp {input.markdown} {output.markdown} 2> {log}"
 
 
+rule publish_priors:
+    input:
+        markdown="results/priors.md",
+    output:
+        markdown=f"docs/results/priors_base_seed_{CONFIG.base_seed}.md",
+    log:
+        "results/logs/publish_priors.log",
+    benchmark:
+        "results/benchmarks/publish_priors.tsv"
+    shell:
+        "cp {input.markdown} {output.markdown} 2> {log}"
+
+
 # What `hidden_effects_so_far` made, of a whole study or of a part of one.
 rule publish_hidden_effects:
     input:
