@@ -73,6 +73,7 @@ def comparisons(rows: pd.DataFrame) -> Iterator[tuple[str, str, int, Interval]]:
     """Name, unit, digits and interval of each paired comparison; differences in rad/s^2, gains in per cent."""
     task = rows[rows["reference"] == "task"]
     wide = task.pivot_table(index=[*RUN, "points"], columns=ARM, values="error")
+    sizes = sorted(task.loc[task["source"] != "first", "points"].unique())
     larger = rows[rows["reference"] == "modified"].pivot_table(index=RUN, columns=ARM, values="error")
 
     def difference(errors: pd.DataFrame, one: tuple[str, ...], other: tuple[str, ...]) -> Interval:
@@ -91,9 +92,15 @@ def comparisons(rows: pd.DataFrame) -> Iterator[tuple[str, str, int, Interval]]:
         for other in ("random", "task"):
             found = difference(wide, (*arm, "informative"), (*arm, other))
             yield f"{name}: the run's choice minus {SOURCES[other]}", "", 3, found
+        for points in sizes:
+            at = wide.xs(points, level="points")
+            found = difference(at, (*arm, "informative"), (*arm, "random"))
+            yield f"{name}, {points} points: the run's choice minus {SOURCES['random']}", "", 3, found
         for source in ("informative", "random"):
             gain = 100.0 * (1.0 - wide[(*arm, source)] / wide[(*arm, "task")])
             yield f"{name}: gain over the task's flight, {SOURCES[source]}", " %", 1, _interval(gain)
+    found = difference(wide, (*OWN, "task"), (*WITHOUT, "informative"))
+    yield "physics with the task's flight minus none with the run's choice", "", 3, found
     for source in ("informative", "task"):
         gain = 100.0 * (1.0 - wide[(*OWN, source)] / wide[(*WITHOUT, "task")])
         name = f"gain of physics with {SOURCES[source]} over none with the task's flight"
