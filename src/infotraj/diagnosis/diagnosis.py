@@ -17,11 +17,11 @@ from infotraj.diagnosis.gates.doubt import Doubt, as_accepted, of_residual, once
 from infotraj.diagnosis.gates.level import as_level
 from infotraj.diagnosis.gates.observing import observe
 from infotraj.diagnosis.gates.saturation import saturated
+from infotraj.diagnosis.judge.deciding import Asked, decided
 from infotraj.diagnosis.judge.evidence import overdispersion
-from infotraj.diagnosis.judge.giving import Given, given
 from infotraj.diagnosis.judge.numbers import FileNumber, file_numbers, fitted_numbers
 from infotraj.diagnosis.judge.unexplained import Unexplained, unexplained
-from infotraj.diagnosis.judge.verdicts import CONFIDENT, MATTERS, Finding, Judge, named
+from infotraj.diagnosis.judge.verdicts import MATTERS, Finding, named
 from infotraj.diagnosis.linear.candidates import Candidate, candidates, places
 from infotraj.diagnosis.linear.healthy import Healthy
 from infotraj.diagnosis.linear.observation import Member, Observation
@@ -178,17 +178,9 @@ def diagnose(
     step(3, _STEPS, "judging what was found")
     one, two = np.random.default_rng([seed, 0]), np.random.default_rng([seed, 1])
     left = unexplained(whole, matters, one) if search.known else Unexplained(False, ())
-    judge = Judge(search, whole, tuple(catalog), left, refused, matters, two)
-    findings, stand = judge.findings(why_not)
-    step(4, _STEPS, "fitting the new model")
-    while True:
-        supported = named(findings)
-        made = given(search, whole, _labels(whole, supported, {n: r.label for n, r in stand.items()}))
-        demoted = _demoted(findings, made) if supported else None
-        if demoted is None:
-            break
-        findings = demoted
-    final, findings = made.fit, _with_held_back(findings, made)
+    asked = Asked(search, tuple(catalog), why_not, left, refused, matters, two)
+    findings, told, made = decided(asked, whole)
+    final, supported = made.fit, named(findings)
     into = {*supported, *(label.split()[0] for label in made.beside)}
     chosen = [m for m in final.members if not m.held and m.candidate.name in into]
     added = [*(m for m in final.members if m.held), *chosen] if chosen else list(held)
@@ -197,8 +189,8 @@ def diagnose(
     before = statistics(as_given)
     after = refusal.errors(after_model, seen, start, stop) if chosen else before
     # With the healthy numbers as they are a change would be as sure as if they were known.
-    told = final if healthy is None or not set(final.labels) <= set(whole.labels) else whole
-    numbers = dict(zip((m.candidate.label for m in told.members), fitted_numbers(told), strict=True))
+    surer = final if healthy is None or not set(final.labels) <= set(told.labels) else told
+    numbers = dict(zip((m.candidate.label for m in surer.members), fitted_numbers(surer), strict=True))
     errors = tuple(numbers.get(m.candidate.label, {}) for m in added) if chosen else ()
     return Diagnosis(
         findings,
@@ -309,45 +301,6 @@ def _healthy_members(observation: Observation, known: Sequence[Candidate]) -> tu
         return ()
     every = {c.label: c for c in (*known, *file_only(observation.vehicle, known))}
     return tuple(Member(every[k], e) for k, e in observation.healthy.effects.items() if k in every)
-
-
-def _labels(whole: Fit, supported: Sequence[str], stand: dict[str, str]) -> list[str]:
-    """Labels of what is named: those of the set that was found, and what stands for a member of a group."""
-    labels = [x for x in whole.labels if x.split()[0] in supported]
-    inside = {x.split()[0] for x in labels}
-    return labels + [label for name, label in stand.items() if name in supported and name not in inside]
-
-
-def _demoted(findings: Sequence[Finding], made: Given) -> tuple[Finding, ...] | None:
-    """The findings without confidence in what ends at a bound of the model that is given, or of which it has nothing;
-    None where there is nothing of the kind. What flights could not tell from it stays."""
-    why = beyond_bounds(made.fit.members, made.fit.linear.observation.vehicle) | made.lost
-    by_name = {label.split()[0]: reason for label, reason in why.items()}
-    if not any(f.name in by_name for f in findings if f.verdict in CONFIDENT):
-        return None
-    out = []
-    for f in findings:
-        if f.verdict in CONFIDENT and f.name in by_name:
-            f = replace(f, verdict="Plausible", group=(f.name,), reason=by_name[f.name])
-        elif f.verdict in CONFIDENT and by_name.keys() & (old := set(f.group)):
-            group = tuple(n for n in f.group if n not in by_name)
-            f = replace(f, group=group)
-            if len(group) == 1:
-                gone = next(n for n in by_name if n in old)
-                f = replace(f, verdict="Plausible", reason=f"these flights cannot tell it from {gone}: {by_name[gone]}")
-        out.append(f)
-    return tuple(out)
-
-
-def _with_held_back(findings: Sequence[Finding], made: Given) -> tuple[Finding, ...]:
-    """The findings, with what the model that is given holds back of them."""
-    by_name = {label.split()[0]: reason for label, reason in made.held_back.items()}
-    return tuple(
-        replace(f, reason="; ".join(filter(None, [f.reason, by_name[f.name]])))
-        if f.name in by_name and f.verdict in CONFIDENT
-        else f
-        for f in findings
-    )
 
 
 def held_members(model: Model, flight: Flight) -> tuple[Member, ...]:

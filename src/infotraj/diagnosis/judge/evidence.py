@@ -156,10 +156,13 @@ def acts(sums: Sums, mine: Sequence[int], theta: Array, left: Array) -> NDArray:
     return size / np.maximum(sums.slow.sum(axis=1), 1) > _LEAST * left
 
 
-def rise_beside(whole: Fit, chosen: tuple[int, ...], mine: Sequence[int]) -> float:
-    """By how much the error rises with another set of choices, on the axes of `mine`, as in `Evidence.rise`."""
+def rise_beside(whole: Fit, chosen: tuple[int, ...], mine: Sequence[int], near: Array | None = None) -> float:
+    """By how much the error rises with another set of choices, on the axes of `mine`, as in `Evidence.rise`.
+
+    near (folds, p): numbers that it rises from; of the set where they are not given.
+    """
     sums = whole.linear.absent
-    near = whole.solution.each
+    near = whole.solution.each if near is None else near
     other = whole.scorer.beside(chosen, near, mine)
     weighted = (whole.error(other) - whole.error(near)).sum(axis=1) / np.maximum(sums.windows.sum(axis=1), 1)
     before, after = sums.believed_error(near), sums.believed_error(other)
@@ -168,35 +171,23 @@ def rise_beside(whole: Fit, chosen: tuple[int, ...], mine: Sequence[int]) -> flo
 
 
 def takes_half(whole: Fit, label: str) -> bool:
-    """Whether this effect alone takes half of the error off an axis, beside the file as it is, and the set without it
-    does not.
+    """Whether this effect takes half of the error off an axis, on flights that were not fitted and beside the file as
+    it is: alone, and beside the others of the set, which are fitted without it.
 
-    On flights that were not fitted, with the numbers that were found: beside another file others would fit better, and
-    stand for what this one has wrong. Alone also with those that fit by themselves; what makes up for other numbers
-    takes nothing either way.
+    Beside a file that may be off, its numbers would take up what the effect does. What makes up for other numbers takes
+    nothing alone, and what others can do takes nothing beside them.
     """
     linear, chosen = whole.linear, whole.chosen
-    every = _beside_the_file(whole)
-    own = np.array([c.candidate.label == label for c in linear.columns])
-    others = np.array([c.candidate.label in whole.labels for c in linear.columns]) & ~own
     as_it_is = linear.scorer(Scales(0.0), whole.held)
-    by_itself = as_it_is.solution(tuple(i for i in chosen if linear.choices[i].label == label)).each
-    numbers = (every, np.where(own, 0.0, every), np.where(own | others, 0.0, every), np.where(others, 0.0, every))
-    left, lost, none, alone, fitted = (linear.absent.plain_error(x) for x in (*numbers, by_itself))
-    half = (left < _HALF**2 * lost) & (np.minimum(alone, fitted) < _HALF**2 * none)
+    own = tuple(i for i in chosen if linear.choices[i].label == label)
+    others = tuple(i for i in chosen if linear.choices[i].label != label)
+    none, alone, without, left = (
+        linear.absent.plain_error(as_it_is.solution(x).each) for x in ((), own, others, chosen)
+    )
+    half = (left < _HALF**2 * without) & (alone < _HALF**2 * none)
     ignored = linear.observation.ignored
     moves = np.array([refusal.axis_group(a) is not None and a not in ignored for a in linear.sums.axes])
     return bool(np.any(half[moves]))
-
-
-def _beside_the_file(whole: Fit) -> Array:
-    """The numbers that were found, without each fold (folds, p), and those of the file as they are."""
-    linear = whole.linear
-    each = (whole.solution.each if linear.observation.healthy is None else whole.changes[1]).copy()
-    taken = {c for i in whole.chosen for c in linear.choices[i].columns}
-    each[:, [i for i in range(each.shape[1]) if i not in taken]] = 0.0
-    each[:, list(linear.kept)] = linear.scorer(Scales(0.0), whole.held).given[list(linear.kept)] if linear.kept else 0.0
-    return each
 
 
 def resampled(flight: NDArray, rng: np.random.Generator, count: int = RESAMPLES) -> Array:

@@ -2,7 +2,8 @@
 
 An effect belongs to the group of another when, in its place, it leaves the data as probable (odds below twenty to one,
 tempered by how much the data scatter beyond the noise model), or when it takes most of the same error off flights that
-were not fitted and what it leaves does not matter: beside a file as wrong as this one nobody could tell.
+were not fitted and what it leaves does not matter: beside a file as wrong as this one nobody could tell. What it
+explains beside the other as well is none of the other's: only what the other still adds to it tells them apart.
 """
 
 from __future__ import annotations
@@ -39,25 +40,39 @@ def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival
     if not open_to:
         return []
     scores = whole.scorer.scores([rest, *((*rest, i) for i in open_to)])
+    both = np.maximum(whole.scorer.scores([(*whole.chosen, i) for i in open_to]), whole.solution.score)
     least = AS_PROBABLE * overdispersion(whole)[0]
     gain = whole.solution.score - scores[0]
     alone = rise_beside(whole, rest, mine)
-    best: dict[str, tuple[float, float]] = {}
+    best: dict[str, _Near] = {}
     # What is hardly needed is as probable with anything in its place.
     sure = gain > least
-    for i, score in zip(open_to, scores[1:], strict=True):
+    for i, score, ceiling in zip(open_to, scores[1:], both, strict=True):
         if not np.isfinite(score):
             continue
-        near = sure and (score - scores[0] > _NEAR * gain or whole.solution.score - score < least)
-        rise = rise_beside(whole, (*rest, i), mine) if near or score > scores[0] else np.inf
+        adds = ceiling - score
+        beside = whole.scorer.solution((*whole.chosen, i)).each if ceiling > whole.solution.score else None
+        near = sure and adds < max(_NEAR * gain, least)
+        rise = rise_beside(whole, (*rest, i), mine, beside) if near or score > scores[0] else np.inf
         if near or rise < min(matters, _MOSTLY * alone):
             name = linear.choices[i].label
-            best[name] = max(best.get(name, (-np.inf, 0.0)), (float(score), rise))
+            found_now = _Near(adds, rise, ceiling)
+            best[name] = min(best.get(name, found_now), found_now, key=lambda x: x.adds)
     found = []
-    for name in sorted(best, key=lambda n: -best[n][0])[:_MOST]:
+    for name in sorted(best, key=lambda n: best[n].adds)[:_MOST]:
         made = search.fitted([*(linear.choices[i].label for i in rest), name], whole)
         ended = name in beyond_bounds(made.members, linear.observation.vehicle)
-        as_good = best[name][1] < min(matters, _MOSTLY * alone)
-        if not ended and (as_good or (sure and whole.solution.score - made.solution.score < least)):
+        as_good = best[name].rise < min(matters, _MOSTLY * alone)
+        if not ended and (as_good or (sure and best[name].both - made.solution.score < least)):
             found.append(Rival(name, made))
     return found
+
+
+@dataclass(frozen=True)
+class _Near:
+    """One effect in another's place: what the other adds to it (nats), by how much the error rises, the score of
+    both."""
+
+    adds: float
+    rise: float
+    both: float

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from infotraj.diagnosis.gates import refusal
-from infotraj.diagnosis.judge.evidence import Evidence, evidence, evidence_of_absent, shared, takes_half
+from infotraj.diagnosis.judge.evidence import Evidence, evidence_of_absent
 from infotraj.diagnosis.judge.groups import Rival, rivals
+from infotraj.diagnosis.judge.needed import Judged
 from infotraj.diagnosis.judge.numbers import fitted_numbers, values_of
 from infotraj.diagnosis.judge.unexplained import Unexplained
 from infotraj.diagnosis.linear.candidates import Candidate
@@ -19,7 +20,6 @@ from infotraj.diagnosis.select.search import Fit, Search
 
 CONFIDENT = ("Supported", "Not separable")
 MATTERS = 0.05  # rise of the squared error, in units of the floor, below which an effect does not matter
-TELLS = float(np.log(1.2))  # by which the error on flights not fitted falls for what is named: by a sixth of one axis
 _LIKELY = 0.5
 SURE = 0.95  # probability that an effect is needed, and share of resamples that must need it
 _CHANGES = 1.0  # form error with which a number changes by as much as it is large
@@ -41,11 +41,12 @@ class Finding:
 
 @dataclass(frozen=True)
 class Judge:
-    """What verdicts are drawn from: the search, the fitted set, names of the catalogue, structure that is left, axes on
-    which nothing can be said."""
+    """What verdicts are drawn from: the search, the set of effects that predict, all that was judged for it, names of
+    the catalogue, structure that is left, axes on which nothing can be said."""
 
     search: Search
     whole: Fit
+    judged: Sequence[Judged]
     order: tuple[str, ...]
     left: Unexplained
     refused: Mapping[str, str]
@@ -57,21 +58,23 @@ class Judge:
 
         hidden: what has no candidate, and why.
         """
-        numbers = dict(zip(self.whole.members, fitted_numbers(self.whole), strict=True))
         out: dict[str, Finding] = {}
         stand: dict[str, Rival] = {}
         instances: dict[str, list[dict[str, Any]]] = {}
-        evidences = {m: self._evidence(m) for m in self.whole.members if not m.held}
-        share = shared(self.whole, evidences.values())
-        for m in self.whole.members:
-            instances.setdefault(m.candidate.name, []).append(values_of(m))
-            e = replace(evidences[m], gain=share * evidences[m].gain) if m in evidences else None
-            for f, rival in self._of_member(m, numbers[m], e):
+        for j in self.judged:
+            name = j.member.candidate.name
+            if j.needed:
+                instances.setdefault(name, []).append(values_of(j.member))
+            for f, rival in self._of_member(j):
                 old = out.get(f.name)
                 if old is None or (old.verdict not in CONFIDENT and f.verdict in CONFIDENT):
                     out[f.name] = f
                     if rival is not None:
                         stand[f.name] = rival
+        for m, errors in zip(self.whole.members, fitted_numbers(self.whole), strict=True):
+            if m.held:
+                name, reason = m.candidate.name, "in the model already"
+                out.setdefault(name, Finding(name, "Not needed", (name,), None, values_of(m), errors, reason))
         for name, values in instances.items():
             if len(values) > 1 and name in out:
                 out[name] = replace(out[name], instances=tuple(values))
@@ -81,20 +84,10 @@ class Judge:
                 out[name] = absent if name in hidden else self._of_absent(name)
         return tuple(out[n] for n in self.order), stand
 
-    def _evidence(self, m: Member) -> Evidence:
-        label, rest = m.candidate.label, None
-        if not m.candidate.cls.linear:
-            rest = self.search.fitted([x for x in self.whole.labels if x != label], self.whole)
-        return evidence(self.whole, label, self.rng, rest)
-
-    def _of_member(
-        self, m: Member, errors: dict[str, Any], found: Evidence | None
-    ) -> list[tuple[Finding, Rival | None]]:
+    def _of_member(self, j: Judged) -> list[tuple[Finding, Rival | None]]:
+        m, errors, found = j.member, j.errors, j.evidence
         name, label = m.candidate.name, m.candidate.label
-        if found is None:
-            reason = "in the model already"
-            return [(Finding(name, "Not needed", (name,), None, values_of(m), errors, reason), None)]
-        verdict, reason = self._doubt(m, found)
+        verdict, reason = self._doubt(j)
         if verdict is not None:
             return [(Finding(name, verdict, (name,), found, values_of(m), errors, reason), None)]
         alike = [r for r in rivals(self.search, self.whole, label, self.matters) if r.label.split()[0] != name]
@@ -114,13 +107,13 @@ class Judge:
             for x, own, r in members
         ]
 
-    def _doubt(self, m: Member, e: Evidence) -> tuple[str | None, str]:
-        """Why a member of the set is not named with confidence: verdict and reason, (None, "") where it is."""
-        half = takes_half(self.whole, m.candidate.label)
+    def _doubt(self, j: Judged) -> tuple[str | None, str]:
+        """Why an effect that was judged is not named with confidence: verdict and reason, (None, "") where it is."""
+        e, half = j.evidence, j.half
         if e.rise < self.matters and not half:
             return "Not needed", "real, but negligible"
         # Physics without a name is there in every second: what resembles it a little is sure, and predicts little.
-        if e.gain < TELLS and not half:
+        if not j.needed:
             return (
                 "Plausible",
                 f"it takes {max(1.0 - np.exp(-e.gain), 0.0):.0%} of the error off flights that were not fitted",

@@ -1,0 +1,107 @@
+"""From the set that the search took to what is named and to the model that is given.
+
+What is named is judged beside what else is named: an effect that does not predict, that ends at a bound in the model
+that is given or that spoils it leaves the set, and the others are fitted and judged anew without it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from infotraj.diagnosis.judge.giving import Given, given
+from infotraj.diagnosis.judge.groups import Rival
+from infotraj.diagnosis.judge.needed import Judged, needed
+from infotraj.diagnosis.judge.unexplained import Unexplained
+from infotraj.diagnosis.judge.verdicts import CONFIDENT, Finding, Judge, named
+from infotraj.diagnosis.select.bounds import beyond_bounds
+from infotraj.diagnosis.select.search import Fit, Search
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What verdicts are drawn from beside a set: the search, names of the catalogue, those without a candidate and why,
+    structure that is left, axes on which nothing can be said, the least rise that counts."""
+
+    search: Search
+    order: tuple[str, ...]
+    hidden: Mapping[str, str]
+    left: Unexplained
+    refused: Mapping[str, str]
+    matters: float
+    rng: np.random.Generator
+
+    def judged(self, told: Fit, judged: Sequence[Judged]) -> tuple[tuple[Finding, ...], dict[str, Rival]]:
+        """Findings of a set, and rivals that stand for a group."""
+        judge = Judge(self.search, told, judged, self.order, self.left, self.refused, self.matters, self.rng)
+        return judge.findings(self.hidden)
+
+
+def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
+    """Findings, the set of what is needed, and the model that is given, from the set that the search took."""
+    search, vehicle = asked.search, asked.search.observation.vehicle
+    if not search.known:
+        return asked.judged(whole, [])[0], whole, given(search, whole, [])
+    out: dict[str, Finding] = {}  # what left the set because of the model that is given
+    why: dict[str, str] = {}
+    gone: list[Judged] = []
+    told, changed = whole, True
+    while True:
+        if changed:
+            told, judged, more = needed(search, told, asked.rng)
+            gone += more
+            findings, stand = asked.judged(told, [*judged, *gone])
+            findings = _demoted(tuple(out.get(f.name, f) for f in findings), why)
+        made = given(search, told, _labels(told, named(findings), {n: r.label for n, r in stand.items()}))
+        ended = beyond_bounds((*told.members, *made.fit.members), vehicle) | made.lost
+        confident = {f.name for f in findings if f.verdict in CONFIDENT}
+        # Of several rotors of one name one may go alone.
+        of_name = {n: [x for x in told.labels if x.split()[0] == n] for n in confident}
+        lost = {n: r for x, r in ended.items() if (n := x.split()[0]) in confident and set(of_name[n]) <= ended.keys()}
+        rest = [x for x in told.labels if x not in ended or x.split()[0] not in confident]
+        if not lost and len(rest) == len(told.labels):
+            return _with_held_back(findings, made), told, made
+        why |= lost
+        demoted = _demoted(findings, why)
+        out |= {f.name: f for f in demoted if f.name in confident and f.verdict not in CONFIDENT}
+        findings, rest = demoted, [x for x in rest if x.split()[0] not in out]
+        changed = len(rest) < len(told.labels)
+        if changed:
+            told = search.fitted(rest, told)
+
+
+def _labels(told: Fit, supported: Sequence[str], stand: dict[str, str]) -> list[str]:
+    """Labels of what is named: those of the set that was found, and what stands for a member of a group."""
+    labels = [x for x in told.labels if x.split()[0] in supported]
+    inside = {x.split()[0] for x in labels}
+    return labels + [label for name, label in stand.items() if name in supported and name not in inside]
+
+
+def _demoted(findings: tuple[Finding, ...], why: Mapping[str, str]) -> tuple[Finding, ...]:
+    """The findings without confidence in the names of `why`. What flights could not tell from one of them stays, but
+    where it is left alone."""
+    out = []
+    for f in findings:
+        if f.verdict in CONFIDENT and f.name in why:
+            f = replace(f, verdict="Plausible", group=(f.name,), reason=why[f.name])
+        elif f.verdict in CONFIDENT and why.keys() & (old := set(f.group)):
+            group = tuple(n for n in f.group if n not in why)
+            f = replace(f, group=group)
+            if len(group) == 1:
+                lost = next(n for n in why if n in old)
+                f = replace(f, verdict="Plausible", reason=f"these flights cannot tell it from {lost}: {why[lost]}")
+        out.append(f)
+    return tuple(out)
+
+
+def _with_held_back(findings: tuple[Finding, ...], made: Given) -> tuple[Finding, ...]:
+    """The findings, with what the model that is given holds back of them."""
+    by_name = {label.split()[0]: reason for label, reason in made.held_back.items()}
+    return tuple(
+        replace(f, reason="; ".join(filter(None, [f.reason, by_name[f.name]])))
+        if f.name in by_name and f.verdict in CONFIDENT
+        else f
+        for f in findings
+    )
