@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from infotraj.effects.base import Effect, Parameter
 from infotraj.effects.laws import AirLaw
 from infotraj.effects.rigid_body import arm_length
+from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
+
+_UPWARDS, _MOST_UPWARDS = 0.5, 3.0  # m/s
 
 
 class Wind(Effect):
@@ -20,12 +25,22 @@ class Wind(Effect):
 
     name = "wind"
     place = "wrench"
-    parameters = (Parameter("v", "m/s", 3.0, (-25.0, 25.0), size=3, meaning="of the air, world axes"),)
+    parameters = (Parameter("v", "m/s", 3.0, (-25.0, 25.0), size=3, meaning="of the air, world axes, z up"),)
     needs = ("velocity",)
     needs_to_act = needs
     beside = ("rotor_drag", "linear_drag", "quadratic_drag", "axial_inflow", "hub_moment", "translational_lift")
     source = "Leishman, Principles of Helicopter Aerodynamics, 2.14 (velocity against the undisturbed air)"
     hidden_when = "no effect of the air is in the model: it then shows as steady_force"
+
+    @classmethod
+    def scale(cls, vehicle: Vehicle, parameter: Parameter) -> Array:
+        """Near the ground the mean wind is level: its vertical part is that of slopes and thermals (Stull 1988)."""
+        return np.array([parameter.scale, parameter.scale, _UPWARDS])
+
+    @classmethod
+    def bounds(cls, vehicle: Vehicle, parameter: Parameter) -> tuple[Array, Array]:
+        low, high = parameter.bounds
+        return np.array([low, low, -_MOST_UPWARDS]), np.array([high, high, _MOST_UPWARDS])
 
     def air(self, law: AirLaw) -> AirLaw:
         return replace(law, wind=law.wind + self.v)

@@ -151,13 +151,13 @@ class Effect(ABC):
         return [{p.name: cls.absent(vehicle, p) + cls.scale(vehicle, p) for p in parameters}]
 
     @classmethod
-    def bounds(cls, vehicle: Vehicle, parameter: Parameter) -> tuple[float, float]:
-        """Lowest and highest physical value on this vehicle."""
+    def bounds(cls, vehicle: Vehicle, parameter: Parameter) -> tuple[float | Array, float | Array]:
+        """Lowest and highest physical value on this vehicle; of a vector also one a number."""
         return parameter.bounds
 
     @classmethod
-    def scale(cls, vehicle: Vehicle, parameter: Parameter) -> float:
-        """Usual size on this vehicle, as a change from the absent value."""
+    def scale(cls, vehicle: Vehicle, parameter: Parameter) -> float | Array:
+        """Usual size on this vehicle, as a change from the absent value; of a vector also one a number."""
         return parameter.scale
 
     @classmethod

@@ -78,6 +78,6 @@ def _of_usual_size(vehicle: Vehicle) -> Iterator[tuple[str, Effect]]:
             for p in form:
                 for i in range(p.count(vehicle)):
                     value = np.array(cls.absent(vehicle, p), dtype=float)
-                    value[i] += cls.scale(vehicle, p)
+                    value[i] += np.broadcast_to(cls.scale(vehicle, p), value.shape)[i]
                     label = " ".join([name, *map(str, fixed.values()), f"{p.name} {i}"])
                     yield label, cls(**fixed, **{p.name: float(value[0]) if p.size == 1 else value.tolist()})

@@ -87,12 +87,13 @@ def places(candidate: Candidate, vehicle: Vehicle) -> list[Place]:
     """The fitted numbers of a candidate, in order."""
     found = []
     for p in candidate.form:
-        low, high = candidate.cls.bounds(vehicle, p)
+        count = p.count(vehicle)
+        low, high = (np.broadcast_to(b, count) for b in candidate.cls.bounds(vehicle, p))
         absent = candidate.cls.absent(vehicle, p)
-        scale = float(candidate.cls.scale(vehicle, p)) or 1.0
+        scale = np.broadcast_to(candidate.cls.scale(vehicle, p), count)
         whole = float(candidate.cls.whole(vehicle, p))
-        for i in range(p.count(vehicle)):
-            at = Place(p.name, i, scale, float(low), float(high), float(absent[i]), whole)
+        for i in range(count):
+            at = Place(p.name, i, float(scale[i]) or 1.0, float(low[i]), float(high[i]), float(absent[i]), whole)
             found.append(replace(at, low=at.coordinate(at.low), high=at.coordinate(at.high)))
     return found
 
