@@ -185,9 +185,24 @@ def takes_half(whole: Fit, label: str) -> bool:
         linear.absent.plain_error(as_it_is.solution(x).each) for x in ((), own, others, chosen)
     )
     half = (left < _HALF**2 * without) & (alone < _HALF**2 * none)
-    ignored = linear.observation.ignored
-    moves = np.array([refusal.axis_group(a) is not None and a not in ignored for a in linear.sums.axes])
-    return bool(np.any(half[moves]))
+    return bool(np.any(half[_moving(whole)]))
+
+
+def left_by_set(whole: Fit, chosen: tuple[int, ...] | None = None) -> float:
+    """The logarithm of the root mean square error that a set leaves, summed over the axes that actuators move.
+
+    On flights that were not fitted, beside the file as it is. chosen: another set; the fitted one where not given.
+    """
+    chosen = whole.chosen if chosen is None else chosen
+    theta = whole.linear.scorer(Scales(0.0), whole.held).solution(chosen).each
+    left = whole.linear.absent.plain_error(theta)[_moving(whole)]
+    return float(0.5 * np.log(np.maximum(left, 1e-300)).sum())
+
+
+def _moving(whole: Fit) -> NDArray:
+    """Which axes of the residual are forces and torques that can be judged, (axes,)."""
+    ignored = whole.linear.observation.ignored
+    return np.array([refusal.axis_group(a) is not None and a not in ignored for a in whole.linear.sums.axes])
 
 
 def resampled(flight: NDArray, rng: np.random.Generator, count: int = RESAMPLES) -> Array:

@@ -2,7 +2,7 @@
 
 An effect belongs to the group of another when, in its place, it leaves the data as probable (odds below twenty to one,
 tempered by how much the data scatter beyond the noise model), or when it takes most of the same error off flights that
-were not fitted and what it leaves does not matter: beside a file as wrong as this one nobody could tell. What it
+were not fitted beside the file as it is, and beside a file as wrong as this one what it leaves does not matter. What it
 explains beside the other as well is none of the other's: only what the other still adds to it tells them apart.
 """
 
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from infotraj.diagnosis.judge.evidence import overdispersion, rise_beside
+from infotraj.diagnosis.judge.evidence import left_by_set, overdispersion, rise_beside
 from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.search import Fit, Search
 
@@ -43,6 +43,7 @@ def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival
     both = np.maximum(whole.scorer.scores([(*whole.chosen, i) for i in open_to]), whole.solution.score)
     least = AS_PROBABLE * overdispersion(whole)[0]
     gain = whole.solution.score - scores[0]
+    now = left_by_set(whole)
     alone = rise_beside(whole, rest, mine)
     best: dict[str, _Near] = {}
     # What is hardly needed is as probable with anything in its place.
@@ -63,6 +64,7 @@ def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival
         made = search.fitted([*(linear.choices[i].label for i in rest), name], whole)
         ended = name in beyond_bounds(made.members, linear.observation.vehicle)
         as_good = best[name].rise < min(matters, _MOSTLY * alone)
+        as_good = as_good and left_by_set(made) - now < _MOSTLY * (left_by_set(whole, rest) - now)
         if not ended and (as_good or (sure and best[name].both - made.solution.score < least)):
             found.append(Rival(name, made))
     return found

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from infotraj.diagnosis.gates import refusal
-from infotraj.diagnosis.judge.evidence import Evidence, evidence_of_absent
+from infotraj.diagnosis.judge.evidence import Evidence, evidence_of_absent, left_by_set
 from infotraj.diagnosis.judge.groups import Rival, rivals
 from infotraj.diagnosis.judge.needed import Judged
 from infotraj.diagnosis.judge.numbers import fitted_numbers, values_of
@@ -20,8 +20,10 @@ from infotraj.diagnosis.select.search import Fit, Search
 
 CONFIDENT = ("Supported", "Not separable")
 MATTERS = 0.05  # rise of the squared error, in units of the floor, below which an effect does not matter
+_HALVES = float(np.log(2.0))  # the same, by half of one axis
 _LIKELY = 0.5
 SURE = 0.95  # probability that an effect is needed, and share of resamples that must need it
+_AS_WELL = 0.05  # of the error that a group's members leave: less is no reason to prefer one
 _CHANGES = 1.0  # form error with which a number changes by as much as it is large
 
 
@@ -37,6 +39,9 @@ class Finding:
     standard_errors: dict[str, Any]
     reason: str = ""
     instances: tuple[dict[str, Any], ...] = ()
+
+
+_Alike = tuple[Member, dict[str, Any], Rival | None]  # a member of a group, its standard errors, and its fit
 
 
 @dataclass(frozen=True)
@@ -91,13 +96,12 @@ class Judge:
         if verdict is not None:
             return [(Finding(name, verdict, (name,), found, values_of(m), errors, reason), None)]
         alike = [r for r in rivals(self.search, self.whole, label, self.matters) if r.label.split()[0] != name]
-        members: list[tuple[Member, dict[str, Any], Rival | None]] = [(m, errors, None)]
+        members: list[_Alike] = [(m, errors, None)]
         for r in alike:
             own = dict(zip((x.candidate.label for x in r.fit.members), fitted_numbers(r.fit), strict=True))
             other = next(x for x in r.fit.members if x.candidate.label == r.label)
             members.append((other, own[r.label], r))
-        vehicle = self.search.observation.vehicle
-        members.sort(key=lambda x: (x[0].candidate.count(vehicle), self.order.index(x[0].candidate.name)))
+        members = self._simplest_first(members)
         names = tuple(dict.fromkeys(x[0].candidate.name for x in members))
         if len(names) == 1:
             return [(Finding(name, "Supported", names, found, values_of(m), errors), None)]
@@ -106,6 +110,20 @@ class Judge:
             (Finding(x.candidate.name, "Not separable", names, found, values_of(x), own, reason), r)
             for x, own, r in members
         ]
+
+    def _simplest_first(self, members: list[_Alike]) -> list[_Alike]:
+        """What predicts best beside the file as it is stands for the group; the simplest of those that do as well."""
+        vehicle = self.search.observation.vehicle
+        left = {id(x): left_by_set(self.whole if x[2] is None else x[2].fit) for x in members}
+        best = min(left.values())
+        return sorted(
+            members,
+            key=lambda x: (
+                left[id(x)] > best + _AS_WELL,
+                x[0].candidate.count(vehicle),
+                self.order.index(x[0].candidate.name),
+            ),
+        )
 
     def _doubt(self, j: Judged) -> tuple[str | None, str]:
         """Why an effect that was judged is not named with confidence: verdict and reason, (None, "") where it is."""
@@ -119,7 +137,8 @@ class Judge:
                 f"it takes {max(1.0 - np.exp(-e.gain), 0.0):.0%} of the error off flights that were not fitted",
             )
         # What takes half of an error off flights that were not fitted is named, though the file could be that far off.
-        if e.probability < (_LIKELY if half else SURE) or e.selected < SURE:
+        least = _LIKELY if half or e.gain >= _HALVES else SURE
+        if e.probability < least or e.selected < SURE:
             chance = f"{100 * e.probability:.0f} % probable, better on {100 * e.selected:.0f} % of the resamples"
             return "Plausible", f"{chance} of flights that were not fitted"
         if e.form_error >= _CHANGES:
