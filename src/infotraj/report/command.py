@@ -77,6 +77,7 @@ def report_command(
     assert model is not None
     from infotraj.comparing import files
     from infotraj.diagnosis.report.asking import ask
+    from infotraj.diagnosis.report.following import lines
     from infotraj.diagnosis.report.summary import sentence
     from infotraj.report.content import gathered
 
@@ -105,6 +106,8 @@ def report_command(
     _write(content, output, quiet)
     show(sentence(found))
     files.say_unmet(reading.accept, asked.flights.codes + [d.code for d in found.doubts])
+    for line in lines(found, model, saved):
+        say(quiet, line)
 
 
 def _with_design(content: dict[str, Any], design: dict[str, Any] | None) -> dict[str, Any]:

@@ -12,11 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from infotraj.diagnosis.judge.evidence import Evidence, evidence, shared, takes_half
+from infotraj.diagnosis.judge.evidence import Evidence, evidence, evidence_of_absent, shared, takes_half
 from infotraj.diagnosis.judge.numbers import fitted_numbers
 from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.select.search import Fit, Search
 
+SURE = 0.95  # probability that an effect is needed, and share of resamples that must need it
 TELLS = float(np.log(1.2))  # by which the error on flights not fitted falls for what is named: by a sixth of one axis
 
 
@@ -39,19 +40,42 @@ class Judged:
 
 
 def needed(search: Search, whole: Fit, rng: np.random.Generator) -> tuple[Fit, list[Judged], list[Judged]]:
-    """The set without what does not predict, fitted; its effects, and what went as it was judged then."""
+    """The set without what does not predict, fitted; its effects, and what went as it was judged then.
+
+    What has gone may have stood for an effect outside the set, which is then taken in.
+    """
     gone: list[Judged] = []
     while True:
         rests = {m.candidate.label: _without(search, whole, m) for m in whole.members if not m.held}
         judged = _judged(whole, rests, rng)
         weak = [j for j in judged if not j.needed]
-        if not weak:
+        if weak:
+            least = min(weak, key=lambda j: j.evidence.gain)
+            gone.append(least)
+            label = least.member.candidate.label
+            rest = rests[label]
+            whole = search.fitted([x for x in whole.labels if x != label], whole) if rest is None else rest
+            continue
+        further = _further(search, whole, {j.member.candidate.label for j in gone}, rng) if gone else None
+        if further is None:
             return whole, judged, gone
-        least = min(weak, key=lambda j: j.evidence.gain)
-        gone.append(least)
-        label = least.member.candidate.label
-        rest = rests[label]
-        whole = search.fitted([x for x in whole.labels if x != label], whole) if rest is None else rest
+        whole = search.fitted([*whole.labels, further], whole)
+
+
+def _further(search: Search, whole: Fit, gone: set[str], rng: np.random.Generator) -> str | None:
+    """The label of the effect outside the set that is sure and predicts most, if one does; none that has gone."""
+    inside = {*whole.labels, *gone, *search.barred}
+    choices = whole.linear.choices
+    open_to = [i for i, c in enumerate(choices) if c.label not in inside and np.isfinite(c.price)]
+    scores = whole.scorer.scores([(*whole.chosen, i) for i in open_to]) if open_to else np.zeros(0)
+    found: dict[str, float] = {}
+    for i, score in zip(open_to, scores, strict=True):
+        if score <= whole.solution.score:
+            continue
+        e = evidence_of_absent(whole, i, rng)
+        if e.probability >= SURE and e.selected >= SURE and e.gain >= TELLS:
+            found[choices[i].label] = max(e.gain, found.get(choices[i].label, 0.0))
+    return max(found, key=lambda x: found[x]) if found else None
 
 
 def _without(search: Search, whole: Fit, m: Member) -> Fit | None:

@@ -11,7 +11,7 @@ import numpy as np
 from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.judge.evidence import Evidence, evidence_of_absent, left_by_set
 from infotraj.diagnosis.judge.groups import Rival, rivals
-from infotraj.diagnosis.judge.needed import Judged
+from infotraj.diagnosis.judge.needed import SURE, TELLS, Judged
 from infotraj.diagnosis.judge.numbers import fitted_numbers, values_of
 from infotraj.diagnosis.judge.unexplained import Unexplained
 from infotraj.diagnosis.linear.candidates import Candidate
@@ -22,7 +22,6 @@ CONFIDENT = ("Supported", "Not separable")
 MATTERS = 0.05  # rise of the squared error, in units of the floor, below which an effect does not matter
 _HALVES = float(np.log(2.0))  # the same, by half of one axis
 _LIKELY = 0.5
-SURE = 0.95  # probability that an effect is needed, and share of resamples that must need it
 _AS_WELL = 0.05  # of the error that a group's members leave: less is no reason to prefer one
 _CHANGES = 1.0  # form error with which a number changes by as much as it is large
 
@@ -132,10 +131,7 @@ class Judge:
             return "Not needed", "real, but negligible"
         # Physics without a name is there in every second: what resembles it a little is sure, and predicts little.
         if not j.needed:
-            return (
-                "Plausible",
-                f"it takes {max(1.0 - np.exp(-e.gain), 0.0):.0%} of the error off flights that were not fitted",
-            )
+            return "Plausible", _little(e)
         # What takes half of an error off flights that were not fitted is named, though the file could be that far off.
         least = _LIKELY if half or e.gain >= _HALVES else SURE
         if e.probability < least or e.selected < SURE:
@@ -173,9 +169,10 @@ class Judge:
             return Finding(name, "Not testable here", (name,), None, {}, {}, silent)
         found = evidence_of_absent(self.whole, best, self.rng) if np.isfinite(max(scores)) else None
         likely = found is not None and found.probability > _LIKELY and found.rise >= self.matters
-        reason = (
-            "with it numbers would end at a bound" if found is None else f"{100 * found.probability:.0f} % probable"
-        )
+        if found is None:
+            reason = "with it numbers would end at a bound"
+        else:
+            reason = _little(found) if found.gain < TELLS else f"{100 * found.probability:.0f} % probable"
         reason = self.search.barred.get(candidate.label, reason)
         return Finding(name, "Plausible" if likely else "Not needed", (name,), found, {}, {}, reason)
 
@@ -189,6 +186,11 @@ class Judge:
             return f"it acts beside {' or '.join(candidate.cls.beside)} only"
         refused = f" (not {', '.join(self.refused)}: {next(iter(self.refused.values()))})" if self.refused else ""
         return "" if told > 1.0 else f"these flights do not excite it: one of usual size would not show{refused}"
+
+
+def _little(e: Evidence) -> str:
+    """That an effect takes too little off to be named."""
+    return f"it takes {max(1.0 - np.exp(-e.gain), 0.0):.0%} of the error off flights that were not fitted"
 
 
 def named(findings: Sequence[Finding]) -> tuple[str, ...]:

@@ -69,9 +69,8 @@ def diagnose_command(
     With --reference: which effects changed since those flights.
     """
     from infotraj.comparing import files
-    from infotraj.diagnosis.report import summary
+    from infotraj.diagnosis.report import following, summary
     from infotraj.diagnosis.report.asking import ask
-    from infotraj.diagnosis.report.following import flight_command, next_command
 
     asked = ask(
         model,
@@ -117,10 +116,8 @@ def diagnose_command(
     if verbose:
         for line in found.search.trail:
             click.echo(line, err=True)
-    say(quiet, f"next: {next_command(found, model, save_model)}")
-    flight = flight_command(found, model)
-    if flight is not None:
-        say(quiet, f"what these flights cannot tell: {flight}")
+    for line in following.lines(found, model, save_model):
+        say(quiet, line)
 
 
 @click.command("add")

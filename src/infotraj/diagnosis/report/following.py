@@ -12,6 +12,13 @@ def as_read(steps: int) -> str:
     return f" --command-steps {steps}" if steps > 1 else ""
 
 
+def lines(found: Diagnosis, model: Path, saved: Path | None) -> list[str]:
+    """What to do next, a line each. saved: where the new model was written, if it was."""
+    flight = flight_command(found, model)
+    tells = [] if flight is None else [f"what these flights cannot tell: {flight}"]
+    return [f"next: {next_command(found, model, saved)}", *tells]
+
+
 def next_command(found: Diagnosis, model: Path, saved: Path | None) -> str:
     """The command that comes next. saved: where the new model was written, if it was."""
     named = " ".join(sources(found))
