@@ -181,6 +181,8 @@ def diagnose(
     asked = Asked(search, tuple(catalog), why_not, left, refused, matters, two)
     findings, told, made = decided(asked, whole)
     final, supported = made.fit, named(findings)
+    # What only effects explain that do not predict is left.
+    left = left if told is whole else unexplained(told, matters, one)
     into = {*supported, *(label.split()[0] for label in made.beside)}
     chosen = [m for m in final.members if not m.held and m.candidate.name in into]
     added = [*(m for m in final.members if m.held), *chosen] if chosen else list(held)

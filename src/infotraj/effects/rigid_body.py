@@ -32,7 +32,7 @@ class MassOffset(Effect):
 
     @classmethod
     def bounds(cls, vehicle: Vehicle, parameter: Parameter) -> tuple[float, float]:
-        return -0.5 * vehicle.mass, vehicle.mass
+        return -0.5 * vehicle.mass, 3.0 * vehicle.mass
 
     @classmethod
     def whole(cls, vehicle: Vehicle, parameter: Parameter) -> float:

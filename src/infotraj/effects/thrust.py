@@ -21,7 +21,7 @@ class ThrustScale(Effect):
 
     name = "thrust_scale"
     place = "thrust"
-    parameters = (Parameter("factor", "-", 0.1, (0.3, 3.0), absent=1.0, meaning="true thrust per modelled thrust"),)
+    parameters = (Parameter("factor", "-", 0.1, (0.5, 2.0), absent=1.0, meaning="true thrust per modelled thrust"),)
     source = "T = k_F w^2; Leishman, Principles of Helicopter Aerodynamics, 2.4 (thrust coefficient)"
 
     @classmethod

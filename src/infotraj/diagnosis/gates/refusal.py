@@ -39,8 +39,7 @@ def unanswered(
 
     An axis on which the actuators do not act is not one of them: what else the model says of it is little, or named.
     What is explained is what goes with the prediction: an error that is as large as the measured side, as rotors 1 %
-    different make it where a vehicle turns gently, is no disagreement. Of a force that is its mean square: in a hover
-    the weight that is carried is all that there is to explain. least: share that is enough.
+    different make it where a vehicle turns gently, is no disagreement. least: share that is enough.
     """
     made = compared(model, flights, start, stop)
     after = statistics(made)
@@ -51,7 +50,7 @@ def unanswered(
         far = np.isfinite(after.rmse[i]) and after.rmse[i] > _ABOVE_FLOOR * after.floor[i]
         predicted = np.concatenate([e.predicted[e.scored[:, i], i] for e in made])
         says = len(predicted) > 0 and np.std(predicted) > _ABOVE_FLOOR * after.floor[i]
-        explained = max(_explained(made, i), _going_with(made, i)) if far and says else 1.0
+        explained = max(after.explained[i], _going_with(made, i)) if far and says else 1.0
         if explained < least:
             what = f"force along {axis[1]}" if axis[0] == "f" else f"torque about {axis[1]}"
             share = f"the prediction explains {100 * explained:.0f} % of the measured {what}"
@@ -68,16 +67,6 @@ def coherence(made: Sequence[EquationError]) -> Array:
     """Share (6,) of the measured force and torque that goes with a model's prediction; NaN where one is missing."""
     shown = [any(e.scored[:, i].any() for e in made) for i in range(6)]
     return np.array([_going_with(made, i) if shown[i] else np.nan for i in range(6)])
-
-
-def _explained(made: Sequence[EquationError], i: int) -> float:
-    """Share of the measured side's variance that the prediction explains; of a force of its mean square."""
-    measured, predicted = (
-        np.concatenate([side[e.scored[:, i], i] for e in made for side in [getattr(e, name)]])
-        for name in ("measured", "predicted")
-    )
-    whole = measured if AXES[i][0] == "f" else measured - measured.mean()
-    return 1.0 - float(np.sum((measured - predicted) ** 2) / max(np.sum(whole**2), 1e-300))
 
 
 def _going_with(made: Sequence[EquationError], i: int) -> float:
