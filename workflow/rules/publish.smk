@@ -83,3 +83,18 @@ rule publish_hidden_effects:
         "results/benchmarks/publish_hidden_effects.tsv"
     shell:
         "(mkdir -p {output.folder} && cp {input.markdown} {input.tables} {input.figures}/*.png {output.folder}/) 2> {log}"
+
+
+# The README's numbers to trust, from published runs on seeds that the present version had not seen, and from real flights.
+rule readme_numbers:
+    input:
+        runs=expand("docs/results/hidden_effects_seeds_{seed}/runs.csv", seed=[56]),
+        changed="docs/results/what_changed.md",
+    log:
+        "results/logs/readme_numbers.log",
+    benchmark:
+        "results/benchmarks/readme_numbers.tsv"
+    params:
+        code=code("hidden.trusted"),
+    script:
+        "../scripts/hidden/readme_numbers.py"
