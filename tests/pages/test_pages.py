@@ -1,5 +1,6 @@
 """Commands and outputs in README and pages: what they show is what the commands print."""
 
+import os
 import re
 import subprocess
 import sys
@@ -9,19 +10,25 @@ import numpy as np
 import pytest
 from writers_ulog import write_ulog
 
+from infotraj.errors import InfotrajError
 from infotraj.examples.pages import difference, rewritten, run_page
 from infotraj.flight import Flight, read_flight
 
 TOP = Path(__file__).parents[2]
+REAL = "docs/tutorial_real.md"
+LOGS = "crazyswarm2/logs"
+HAS_DATA = (Path(os.environ.get("INFOTRAJ_DATA", "/nonexistent")) / LOGS).is_dir()
+needs_data = pytest.mark.skipif(not HAS_DATA, reason=f"INFOTRAJ_DATA names no folder with {LOGS}")
 PAGES = ("README.md", "docs/tutorial.md", "docs/commands.md", "docs/python.md")
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", PAGES)
 def test_what_a_page_shows_is_what_its_commands_print(name):
-    blocks = run_page((TOP / name).read_text())
-    assert blocks
-    for block in blocks:
+    ran = run_page((TOP / name).read_text())
+    assert ran.blocks
+    assert all((TOP / name).parent.joinpath(path).is_file() for path in ran.pictures)
+    for block in ran.blocks:
         changed = difference(block.said, block.now)
         assert changed is None, f"{block.commands}: {changed}\n    python -m infotraj.examples.pages {name}"
 
@@ -32,17 +39,39 @@ def test_every_page_with_an_output_is_among_those_that_are_run():
         for p in (TOP / "README.md", *(TOP / "docs").glob("*.md"))
         if "\n```text\n" in p.read_text()
     }
-    assert shown == set(PAGES)
+    assert shown == {*PAGES, REAL}
+
+
+@pytest.mark.long
+@needs_data
+def test_the_tutorial_on_real_flights_finds_the_load_that_hung_there():
+    """Words of real flights may differ at the edge of what is named; what is known of them must not."""
+    ran = run_page((TOP / REAL).read_text())
+    assert ran.pictures
+    said = {block.commands.split()[1]: block.now for block in ran.blocks}
+    answer = said["diagnose"].splitlines()
+    assert any(line.startswith("suspended_load      Supported") for line in answer)
+    mass = float(re.search(r"suspended_load .* mass=([\d.]+)", said["diagnose"])[1])
+    length = float(re.search(r"suspended_load .* length=([\d.]+)", said["diagnose"])[1])
+    assert abs(mass - 0.005) < 0.0006
+    assert abs(length - 0.5) < 0.06
 
 
 def test_a_page_is_run_in_its_order_in_one_folder_and_rewritten():
     first = "a\n```sh\necho one > f\nls examples/quad/vehicle.yaml\n```\n```text\nold\n```\n"
     alone = "b\n```sh\nrm f\n```\nthat one has no output below it and is not run\n"
     page = first + alone + "```sh\ncat f; false\n```\n```text\n```\nc\n"
-    text = rewritten(page, run_page(page))
+    text = rewritten(page, run_page(page).blocks)
     assert "```text\nexamples/quad/vehicle.yaml\n```\nb" in text
     assert "```text\none\n```\nc" in text
-    assert rewritten(text, run_page(text)) == text
+    assert rewritten(text, run_page(text).blocks) == text
+
+
+def test_a_picture_is_what_a_command_of_the_page_drew():
+    page = "```sh\nmkdir figures; printf drawn > figures/a.png\n```\n```text\n```\n![a](pictures/page/a.png)\n"
+    assert run_page(page).pictures == {"pictures/page/a.png": b"drawn"}
+    with pytest.raises(InfotrajError, match=r"pictures/page/b\.png"):
+        run_page(page.replace("/a.png)", "/b.png)"))
 
 
 @pytest.mark.parametrize(

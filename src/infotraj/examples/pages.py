@@ -3,6 +3,8 @@
 In a page (Markdown) a block ```sh with a block ```text right below it is a command and its output. The commands of a
 page run one after another in one new folder that holds `examples` (what `infotraj examples examples` copies); what they
 print to both streams replaces the text. So do blocks of ```python, in one session, with an output below or without.
+A picture `pictures/PAGE/NAME.png` of a page is what its commands wrote as `figures/NAME.png`. Where INFOTRAJ_DATA is set
+the folder holds it as `data`: real flights, which no page ships.
 With --check nothing is written: a page whose words differ from what is printed now fails, and so does one whose numbers
 differ by more than a fifth (of the larger; the smallest count as alike).
 """
@@ -31,6 +33,7 @@ _BLOCK = re.compile(
     r"^```(?P<kind>sh|python)\n(?P<commands>(?:(?!```).*\n)+)```(?:\n\n?```text\n(?P<said>(?:(?!```).*\n)*)```)?$",
     re.MULTILINE,
 )
+_PICTURE = re.compile(r"!\[[^\]]*\]\((?P<path>pictures/[\w-]+/(?P<name>[\w-]+\.png))\)")
 _NUMBER = re.compile(r"(?<![\w/.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w/])")
 _ALIKE = 0.2  # of the larger of two numbers
 _SMALLEST = 0.005
@@ -47,12 +50,25 @@ class Shown:
     stop: int
 
 
-def run_page(text: str) -> list[Shown]:
-    """Runs the blocks of a page in their order, in one folder. InfotrajError where a command ends by a traceback."""
+@dataclass(frozen=True)
+class Ran:
+    """What a page shows after a run: its blocks, and its pictures by their path beside the page."""
+
+    blocks: list[Shown]
+    pictures: dict[str, bytes]
+
+
+def run_page(text: str) -> Ran:
+    """Runs the blocks of a page in their order, in one folder.
+
+    InfotrajError where a command ends by a traceback, or did not draw a picture of the page.
+    """
     found = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         CliRunner().invoke(examples_command, [str(folder / "examples"), "-q"], catch_exceptions=False)
+        if os.environ.get("INFOTRAJ_DATA"):
+            (folder / "data").symlink_to(Path(os.environ["INFOTRAJ_DATA"]).resolve())
         session: dict[str, Any] = {}
         for block in _BLOCK.finditer(text):
             if block["kind"] == "sh" and block["said"] is None:
@@ -64,7 +80,14 @@ def run_page(text: str) -> list[Shown]:
             if "Traceback" in now:
                 raise InfotrajError(problem(f"{block['commands'].strip()}: a traceback", "an answer", "Correct it."))
             found.append(Shown(block["commands"], block["said"], now, block.start("said"), block.end("said")))
-    return found
+        pictures = {}
+        for picture in _PICTURE.finditer(text):
+            drawn = folder / "figures" / picture["name"]
+            if not drawn.is_file():
+                what = f"{picture['path']}: no command of the page drew figures/{drawn.name}"
+                raise InfotrajError(problem(what, "one that does", "Add --figures figures."))
+            pictures[picture["path"]] = drawn.read_bytes()
+    return Ran(found, pictures)
 
 
 def rewritten(text: str, blocks: list[Shown]) -> str:
@@ -121,11 +144,12 @@ def _without(text: str, folder: Path) -> str:
 @click.argument("pages", nargs=-1, required=True, type=click.Path(path_type=Path, exists=True))
 @click.option("--check", is_flag=True, help="Write nothing; exit status 1 where a page is out of date.")
 def main(pages: tuple[Path, ...], check: bool) -> None:
-    """Writes under the commands of PAGES what they print."""
+    """Writes under the commands of PAGES what they print, and beside them what they draw."""
     old = 0
     for page in pages:
         text = page.read_text()
-        blocks = run_page(text)
+        ran = run_page(text)
+        blocks = ran.blocks
         for block in blocks:
             changed = difference(block.said, block.now)
             old += changed is not None
@@ -133,6 +157,9 @@ def main(pages: tuple[Path, ...], check: bool) -> None:
                 click.echo(f"{page}: {block.commands.strip().splitlines()[0]}: {changed}", err=True)
         if not check:
             page.write_text(rewritten(text, blocks))
+            for path, drawn in ran.pictures.items():
+                (page.parent / path).parent.mkdir(parents=True, exist_ok=True)
+                (page.parent / path).write_bytes(drawn)
         click.echo(f"{page}: {len(blocks)} blocks", err=True)
     sys.exit(1 if check and old else 0)
 

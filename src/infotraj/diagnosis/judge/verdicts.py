@@ -120,6 +120,7 @@ class Judge:
             key=lambda x: (
                 left[id(x)] > best + _AS_WELL,
                 x[0].candidate.count(vehicle),
+                len(x[0].candidate.cls.beside),  # what acts by itself is simpler than what needs another
                 self.order.index(x[0].candidate.name),
             ),
         )

@@ -1,0 +1,58 @@
+"""Fits of effects on one axis from made columns: what search and verdicts see, without flights."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+
+from infotraj.diagnosis.linear.candidates import Candidate, places
+from infotraj.diagnosis.linear.observation import Member
+from infotraj.diagnosis.linear.sums import Sums
+from infotraj.diagnosis.select.around import Column, Linear
+from infotraj.diagnosis.select.prior import Scales
+from infotraj.diagnosis.select.score import Choice
+from infotraj.diagnosis.select.search import Fit
+from infotraj.effects import catalogue
+from infotraj.vehicle import load_vehicle
+
+VEHICLE = load_vehicle(Path(__file__).parents[2] / "config/vehicles/quadrotor.yaml")
+BLOCKS, ROWS = 40, 50
+
+
+def linear_fit(
+    names: Sequence[str], rows: Callable[[np.random.Generator, int], np.ndarray], chosen: Sequence[str]
+) -> tuple[SimpleNamespace, Fit]:
+    """A search among effects of one column each, and the fit of those that are chosen.
+
+    rows: residual and columns (ROWS, 1 + n) of block k, in units of the noise.
+    """
+    rng = np.random.default_rng(1)
+    forms = {n: tuple(p for p in catalogue()[n].parameters if not p.index) for n in names}
+    candidates = [Candidate(catalogue()[n], forms[n]) for n in names]
+    gram = np.zeros((1, BLOCKS, 1 + len(names), 1 + len(names)))
+    for k in range(BLOCKS):
+        x = rows(rng, k)
+        gram[0, k] = x.T @ x
+    number, many = np.arange(BLOCKS), np.full((1, BLOCKS), float(ROWS))
+    sums = Sums(gram, gram, gram, many, np.ones((1, BLOCKS)), ("fx",), number, number)
+    columns = tuple(Column(c, 0, places(c, VEHICLE)[0].scale, 0.0, -np.inf, np.inf) for c in candidates)
+    observation = SimpleNamespace(
+        vehicle=VEHICLE,
+        command_step=0.005,
+        healthy=None,
+        scatter={},
+        ignored=frozenset(),
+        base=lambda c: c.absent(VEHICLE),
+    )
+    point = tuple(Member(c, c.absent(VEHICLE)) for c in candidates)
+    choices = tuple(Choice(n, (k,), 3.0) for k, n in enumerate(names))
+    linear = Linear(observation, point, columns, choices, (None,), (), None, sums)
+    scales = Scales(0.0)
+    scorer = linear.scorer(scales)
+
+    def fitted(labels, like):
+        chosen = tuple(names.index(x) for x in labels)
+        return Fit(linear, chosen, scales, scorer.solution(chosen))
+
+    return SimpleNamespace(fitted=fitted, barred={}), fitted(chosen, None)
