@@ -99,6 +99,10 @@ class Effect(ABC):
     balance: ClassVar[bool] = False  # of a rigid body: changes what torques a vehicle that stays level needs
     declared: ClassVar[Declared | None] = None  # its numbers are numbers of the vehicle file or of the log's clocks
 
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any: ...  # its parameters, by name
+
     def __init__(self, **values: Any) -> None:
         known = {p.name for p in self.parameters}
         unknown = sorted(set(values) - known)

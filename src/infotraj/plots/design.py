@@ -34,8 +34,8 @@ def _drawn(r: Reference, simulated: Array | None, inputs: Array, limits: Any) ->
     figure.legend(*above.get_legend_handles_labels(), fontsize=7, ncols=3, loc="outside upper center")
     speed.plot(r.t, np.linalg.norm(r.velocity, axis=1), color=style.BLUE, lw=1.2, label="speed (m/s)")
     speed.plot(r.t, np.linalg.norm(r.rate, axis=1), color=style.ORANGE, lw=1.0, label="rate (rad/s)")
-    speed.set(xlabel="time (s)")
-    speed.legend(fontsize=7)
+    speed.set(xlabel="time (s)", ylim=(0.0, 1.25 * speed.get_ylim()[1]))  # room for the legend
+    speed.legend(fontsize=7, ncols=2, loc="upper center")
     if inputs.size and np.isfinite(limits.high).all():
         share = (inputs - limits.low) / (limits.high - limits.low)
         t = np.linspace(r.t[0], r.t[-1], len(share))
