@@ -44,7 +44,7 @@ from infotraj.vehicle import Vehicle
 
 _CLEAR = 1.0  # s before and after the ground, which pushes and turns a vehicle: no part of what is compared
 _TORQUES = frozenset(a for a in AXES if a[0] == "t")
-_STEPS = 4  # that who waits is told of
+_STEPS = 3  # that who waits is told of
 _SEARCHES = 2  # the second without the axes that the first could not explain
 
 
@@ -175,7 +175,7 @@ def diagnose(
     refused = with_mixed(refused_axes(doubts), observation.samples)
     sideways = [a for a in AXES[:2] if "v" + a[1] in observation.ignored and a not in refused]
     refused = {**refused, **dict.fromkeys(sideways, "no attitude: the vehicle is taken as level")}
-    step(3, _STEPS, "judging what was found")
+    step(3, _STEPS, "judging what was found, and fitting the new model")
     one, two = np.random.default_rng([seed, 0]), np.random.default_rng([seed, 1])
     left = unexplained(whole, matters, one) if search.known else Unexplained(False, ())
     asked = Asked(search, tuple(catalog), why_not, left, refused, matters, two)
