@@ -22,7 +22,8 @@ def _unit(v: tuple[float, float, float]) -> tuple[float, float, float]:
     norm = float(np.linalg.norm(v))
     if not np.isfinite(norm) or norm == 0.0:
         raise ValueError("an axis needs a direction: three finite numbers, not all zero")
-    return tuple(float(c) / norm for c in v)
+    x, y, z = (float(c) / norm for c in v)
+    return x, y, z
 
 
 Axis = Annotated[Vector, AfterValidator(_unit)]
@@ -95,6 +96,12 @@ class Rotor(_Strict):
             )
         return self
 
+    def known_thrust_coefficient(self) -> float:
+        """k_F, N s^2/rad^2. InputError where the file leaves it out."""
+        if self.thrust_coefficient is None:
+            raise InputError(problem(f"rotor {self.name} has no k_F", "`thrust_coefficient` in N s^2/rad^2", "Add it."))
+        return self.thrust_coefficient
+
 
 class Tilt(_Strict):
     """A joint that turns rotors about the line through the body's origin along `axis`, right-handed."""
@@ -144,7 +151,7 @@ class Vehicle(_Strict):
 
     @model_validator(mode="after")
     def _consistent(self) -> Vehicle:
-        names = [part.name for part in (*self.rotors, *self.tilts)]
+        names = [r.name for r in self.rotors] + [t.name for t in self.tilts]
         twice = sorted({n for n in names if names.count(n) > 1})
         if twice:
             raise ValueError(f"names must differ; {twice} appear twice")
@@ -160,13 +167,23 @@ class Vehicle(_Strict):
             return np.full(6, self.time_constant)
         return np.array([r.time_constant for r in self.rotors])
 
-    def inertia_matrix(self) -> Array:
-        """Inertia about the centre of mass, (3, 3), kg m^2. InputError where the file leaves it out."""
+    def known_mass(self) -> float:
+        """Mass, kg. InputError where the file leaves it out."""
+        if self.mass is None:
+            raise InputError(problem(f"vehicle {self.name} has no mass", "`mass` in kg", "Add it."))
+        return self.mass
+
+    def known_inertia(self) -> Inertia:
+        """Inertia about the centre of mass. InputError where the file leaves it out."""
         if self.inertia is None:
             raise InputError(
                 problem(f"vehicle {self.name} has no inertia", "`inertia: {xx, yy, zz}` in kg m^2", "Add it.")
             )
-        return self.inertia.matrix()
+        return self.inertia
+
+    def inertia_matrix(self) -> Array:
+        """Inertia about the centre of mass, (3, 3), kg m^2. InputError where the file leaves it out."""
+        return self.known_inertia().matrix()
 
 
 def load_vehicle(path: str | Path) -> Vehicle:

@@ -26,6 +26,14 @@ def test_hover_needs_the_speed_that_was_measured_on_the_real_omav(omav):
     np.testing.assert_allclose(speed, 677.0, atol=2.0)  # rad/s, spec of the experiment
 
 
+def test_without_a_mass_there_are_no_accelerations_and_no_scale(omav):
+    weightless = omav.model_copy(update={"mass": None})
+    with pytest.raises(InputError, match="has no mass"):
+        rigid_body.accelerations(weightless, [1.0, 0, 0, 0], np.zeros(3), np.zeros(6))
+    with pytest.raises(InputError, match="has no mass"):
+        rigid_body.scale(weightless)
+
+
 def test_a_throttle_makes_the_thrust_of_its_polynomial_with_all_three_terms(omav):
     rotor = omav.rotors[0].model_copy(update={"input": "throttle", "thrust_polynomial": (0.1, 0.5, 2.0)})
     throttles = np.array([[0.0], [0.3], [1.0]])

@@ -75,7 +75,7 @@ class ThrustVectorController:
             self._reference[k], estimate.position, estimate.velocity, estimate.attitude, estimate.rate, self._drift,
             self._twist, self._position, self._attitude, self._inertia, self._vehicle.gravity, self.period,
         )  # fmt: skip
-        thrust *= self._vehicle.mass
+        thrust *= self._vehicle.known_mass()
         wrench = np.array([0.0, 0.0, thrust, *torque])
         rotor_speed, tilt = self._allocation.actuators(wrench)
         return wrench, rotor_speed, tilt

@@ -24,7 +24,7 @@ def accelerations(vehicle: Vehicle, attitude: ArrayLike, rate: ArrayLike, wrench
     force, torque = wrench[..., :3], wrench[..., 3:]
     moment = torque - np.cross(np.broadcast_to(r, force.shape), force) - np.cross(rate, rate @ inertia)
     angular = moment @ np.linalg.inv(inertia)
-    specific = force / vehicle.mass - np.cross(angular, r) - np.cross(rate, np.cross(rate, r))
+    specific = force / vehicle.known_mass() - np.cross(angular, r) - np.cross(rate, np.cross(rate, r))
     return rotations.to_world(attitude, specific) - [0.0, 0.0, vehicle.gravity], angular
 
 
@@ -33,4 +33,4 @@ def scale(vehicle: Vehicle) -> Array:
 
     The paper scales forces and moments by mass and inertia (footnote to eq. 19); the GP's input is in these units.
     """
-    return np.concatenate([np.full(3, vehicle.mass), np.diag(vehicle.inertia_matrix())])
+    return np.concatenate([np.full(3, vehicle.known_mass()), np.diag(vehicle.inertia_matrix())])

@@ -70,7 +70,7 @@ def deviate(task: Reference, deviation: Deviation) -> Reference:
     return from_poses(task.t, task.position, attitude)
 
 
-def demand(reference: Reference, allocation: Allocation) -> tuple[Array, Array]:
+def demand(reference: Reference, allocation: Allocation) -> tuple[float, float]:
     """Share of the top rotor speed, and of the top tilt rate, that flying `reference` exactly would ask for.
 
     The wrench is that of the first-principles model; both results are maxima over the flight, scalars.
@@ -79,12 +79,12 @@ def demand(reference: Reference, allocation: Allocation) -> tuple[Array, Array]:
     weight = rotations.to_body(reference.attitude, reference.acceleration + np.array([0.0, 0.0, vehicle.gravity]))
     inertia = vehicle.inertia_matrix()
     torque = reference.angular_acceleration @ inertia + np.cross(reference.rate, reference.rate @ inertia)
-    speed, tilt = allocation.actuators(np.concatenate([vehicle.mass * weight, torque], axis=1))
+    speed, tilt = allocation.actuators(np.concatenate([vehicle.known_mass() * weight, torque], axis=1))
     top = np.array([r.max_speed or np.inf for r in vehicle.rotors])
     rate_limit = np.array([t.max_rate for t in vehicle.tilts])
     turn = np.diff(np.unwrap(tilt, axis=0), axis=0) / reference.dt
-    share = np.max(np.abs(turn) / rate_limit) if len(vehicle.tilts) else 0.0
-    return np.max(speed / top), share
+    share = float(np.max(np.abs(turn) / rate_limit)) if len(vehicle.tilts) else 0.0
+    return float(np.max(speed / top)), share
 
 
 def within_limits(
