@@ -78,7 +78,7 @@ class Flight:
 
     def numbered(self, prefix: str) -> Array:
         """Columns prefix0, prefix1, ... as (n, count); count is 0 where there are none."""
-        names = []
+        names: list[str] = []
         while f"{prefix}{len(names)}" in self.table:
             names.append(f"{prefix}{len(names)}")
         return self.table[names].to_numpy(dtype=float).reshape(len(self.table), len(names))

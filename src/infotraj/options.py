@@ -19,7 +19,7 @@ class Several(click.Option):
     """An option that takes all arguments up to the next option: `--reference a b c`; it may stand repeatedly, too."""
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, multiple=True, **kwargs)
+        super().__init__(*args, **{**kwargs, "multiple": True})
 
     def add_to_parser(self, parser: Any, ctx: click.Context) -> None:
         super().add_to_parser(parser, ctx)

@@ -85,12 +85,12 @@ class TrackingController:
         if self._response is None:
             invert(wanted, self._process, self._gains.max_correction, self._correction, self._command)
         else:
-            self._invert_response(self._t[k], state, wanted)
+            self._invert_response(self._response, self._t[k], state, wanted)
         wrench = self._command * self._scale
         rotor_speed, tilt = self._allocation.actuators(wrench)
         return wrench, rotor_speed, tilt
 
-    def _invert_response(self, time: float, state: Array, wanted: Array) -> None:
+    def _invert_response(self, response: Response, time: float, state: Array, wanted: Array) -> None:
         rate = state[10:]
         asked = wanted.copy()
         # The demand holds the gyroscopic torque that h needs; the response knows its own.
@@ -100,7 +100,7 @@ class TrackingController:
             asked,
             time,
             state,
-            self._response,
+            response,
             self._allocation,
             self._scale,
             self._process,

@@ -48,7 +48,7 @@ class Room:
 
 def path(room: Room, genes: Array) -> Reference:
     """The reference of `genes` (room.genes,) in [0, 1]; scaled down until its speed and lean are allowed."""
-    t = DT * np.arange(round(room.seconds / DT) + 1)
+    t = DT * np.arange(round(room.seconds / DT) + 1, dtype=float)
     axes = genes.reshape(-1, _GENES)
     place = np.stack([_wave(t, axes[i], room.size[i] / 2) for i in range(3)], axis=1)
     velocity, acceleration = np.gradient(place, DT, axis=0), np.gradient(np.gradient(place, DT, axis=0), DT, axis=0)
@@ -57,7 +57,7 @@ def path(room: Room, genes: Array) -> Reference:
     upward = np.abs(acceleration[:, 2]).max()
     share = min(
         1.0,
-        room.speed / max(np.linalg.norm(velocity, axis=1).max(), 1e-9),
+        room.speed / max(float(np.linalg.norm(velocity, axis=1).max()), 1e-9),
         most / max(across, 1e-9),
         0.5 * room.gravity / max(upward, 1e-9),
     )

@@ -43,7 +43,7 @@ def thrusts(vehicle: Vehicle, rotor_input: ArrayLike) -> Array:
             result[..., i] = rotor.thrust_coefficient * x * x
         elif rotor.input == "thrust":
             result[..., i] = x
-        else:
+        elif rotor.thrust_polynomial is not None:  # which a rotor with a throttle has
             c0, c1, c2 = rotor.thrust_polynomial
             result[..., i] = c0 + (c1 + c2 * x) * x
     return result

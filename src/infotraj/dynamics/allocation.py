@@ -47,7 +47,7 @@ class Allocation:
     @cached_property
     def inverse(self) -> Array:
         """Pseudo-inverse of `matrix`, (2 rotors, 6)."""
-        return np.linalg.pinv(self.matrix)
+        return np.asarray(np.linalg.pinv(self.matrix), dtype=float)
 
     def actuators(self, wrench: ArrayLike) -> tuple[Array, Array]:
         """Rotor speeds (..., rotors) rad/s and tilts (..., tilts) rad for a wrench (..., 6), body frame.

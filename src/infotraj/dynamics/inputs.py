@@ -48,7 +48,9 @@ def for_vehicle(flight: Flight, vehicle: Vehicle) -> Flight:
     file says are none, or that nothing asks for, are 0. InputError where surplus columns are in use: the order of the
     vehicle's own is then unknown.
     """
-    columns = {c: 0.0 for c in COMMANDED_WRENCH if not flight.has(c)} if _takes_wrench(vehicle, flight) else {}
+    columns: dict[str, float | Array] = (
+        {c: 0.0 for c in COMMANDED_WRENCH if not flight.has(c)} if _takes_wrench(vehicle, flight) else {}
+    )
     for column in speed_columns(vehicle, flight):
         values = flight.get(column)[:, 0]
         if np.nanmin(values) < 0.0:

@@ -13,6 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 from scipy.spatial.distance import cdist
 
@@ -26,7 +27,7 @@ class Rows:
     columns: Array
     inputs: Array
 
-    def __getitem__(self, rows: Array) -> Rows:
+    def __getitem__(self, rows: NDArray[np.intp]) -> Rows:
         return Rows(self.columns[rows], self.inputs[rows])
 
     def __add__(self, other: Rows) -> Rows:

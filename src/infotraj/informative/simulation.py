@@ -7,8 +7,9 @@ draw at every step. The controller is the one that flies, with mu, and sees the 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -90,7 +91,8 @@ class Simulator:
         gains, gravity, process = self._gains, self._vehicle.gravity, self._process.mean_arrays
         period = references[0].dt
         if isinstance(draws, PosteriorDraws):
-            step, arrays = _rollout, [draws.one(k) for k in range(count)]
+            step: Any = _rollout
+            arrays: Sequence[tuple[Any, ...]] = [draws.one(k) for k in range(count)]
         else:
             fresh = draws.rng.standard_normal((count, samples, 3))
             step, arrays = _marginal_rollout, [(*draws.arrays, fresh[k]) for k in range(count)]

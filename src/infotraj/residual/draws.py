@@ -170,7 +170,8 @@ class MarginalDraws:
         U = _queries(U, self.count, self.gp.d)
         out = np.empty((*U.shape[:2], self.gp.m))
         normal = self.rng.standard_normal(out.shape)
-        _marginal_values(U, *self.arrays, normal, out)
+        points, alpha, L, inverse_squared, variance, prior_mean = self.arrays
+        _marginal_values(U, points, alpha, L, inverse_squared, variance, prior_mean, normal, out)
         return out
 
 

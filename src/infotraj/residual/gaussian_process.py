@@ -13,7 +13,7 @@ import zipfile
 import zlib
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -70,7 +70,7 @@ class GaussianProcess:
     noise_variance: Array
     prior_mean: Array
     affine: AffinePrior | None = None
-    L: Array = field(default=None, repr=False)  # type: ignore[assignment]
+    L: Array = field(default=None, repr=False)  # type: ignore[arg-type]  # __post_init__ fills it
     alpha: Array = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -259,7 +259,8 @@ class GaussianProcess:
         part = path.with_name(f".{path.name}.part")
         try:
             with part.open("wb") as stream:
-                np.savez(stream, **{name: getattr(self, name) for name in _STORED}, **self._affine_arrays())
+                stored: dict[str, Any] = {name: getattr(self, name) for name in _STORED} | self._affine_arrays()
+                np.savez(stream, **stored)
             os.replace(part, path)
         finally:
             part.unlink(missing_ok=True)
@@ -299,7 +300,7 @@ def whiten(L: Array, K: Array) -> Array:
 
 def _cholesky(K: Array) -> Array:
     try:
-        return np.linalg.cholesky(K)
+        return np.asarray(np.linalg.cholesky(K), dtype=float)
     except np.linalg.LinAlgError:
         raise InputError(
             problem(

@@ -65,15 +65,15 @@ def _cluster(X: Array, count: int, rng: np.random.Generator) -> NDArray[np.int64
         return _filled(distinct, count, len(X), rng)
     from kmedoids import fasterpam  # late: with scikit-learn 0.5 s, and only this stage needs them
 
-    X = (X - X.mean(axis=0)).astype(np.float32)
-    squares = np.einsum("nd,nd->n", X, X)
-    distances = X @ X.T
+    centred = (X - X.mean(axis=0)).astype(np.float32)
+    squares = np.einsum("nd,nd->n", centred, centred)
+    distances = centred @ centred.T
     distances *= -2.0
     distances += squares
     distances += squares[:, None]
     np.maximum(distances, 0.0, out=distances)
     seed = int(rng.integers(2**31))
-    start = _filled(_nearest_to_centres(X, distinct, count, seed), count, len(X), rng)
+    start = _filled(_nearest_to_centres(centred, distinct, count, seed), count, len(X), rng)
     found = fasterpam(distances, start.astype(np.uint64), n_cpu=1).medoids
     return np.sort(np.asarray(found, dtype=np.int64))
 

@@ -35,7 +35,7 @@ Pose = tuple[Array, Array, Array, Array]  # position (n, 3) m; roll, pitch, yaw 
 
 def standard(kind: str, seconds: float, extent: Extent, rng: np.random.Generator, dt: float = 0.01) -> Reference:
     """A reference of `kind` (a key of KINDS), sampled every `dt` s; `rng` draws sizes, frequencies and phases."""
-    t = dt * np.arange(round(seconds / dt) + 1)
+    t = dt * np.arange(round(seconds / dt) + 1, dtype=float)
     place, roll, pitch, yaw = KINDS[kind](t, extent, rng)
     if extent.tilt > 0:
         return from_poses(t, place, rotations.from_euler(roll, pitch, yaw))

@@ -51,7 +51,7 @@ def figure_eight(amplitude: float, period: float, cycles: int, dt: float, ramp: 
 
 
 def _times(duration: float, dt: float) -> Array:
-    return dt * np.arange(round(duration / dt) + 1)
+    return dt * np.arange(round(duration / dt) + 1, dtype=float)
 
 
 def _at_rest_position(t: Array, roll: Array, pitch: Array) -> Reference:

@@ -21,7 +21,7 @@ def wandering(
     roll and pitch, twice it in yaw; dt (s); tempo: of the motion in place, 1 being as fast as that in attitude (1.1 to
     1.9 rad/s, and 2.4 to 3.6 rad/s with a third of the size).
     """
-    t = dt * np.arange(round(duration / dt) + 1)
+    t = dt * np.arange(round(duration / dt) + 1, dtype=float)
     rise = np.clip(np.minimum(t, duration - t) / _RISE, 0.0, 1.0)
     window = rise**3 * (10 - 15 * rise + 6 * rise**2)
 
