@@ -123,7 +123,11 @@ def _decoded(part: bytes) -> tuple[Header, Any, Any, Any, Any]:
     interval = [max(header.number("I interval", 1.0), 1.0), *_every(header.values.get("P interval", "1/1"))]
     main, slow, _, events, counts = decode(
         np.frombuffer(part, dtype=np.uint8)[start:],
-        *(header.coding[kind] for kind in "IPSGH"),
+        header.coding["I"],
+        header.coding["P"],
+        header.coding["S"],
+        header.coding["G"],
+        header.coding["H"],
         np.array(known, dtype=np.int64),
         np.array(interval, dtype=np.int64),
         int(header.number("Data version", 2.0)),

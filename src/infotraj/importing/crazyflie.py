@@ -139,7 +139,7 @@ class CrazyflieLog:
                 del event.offsets[int(wrong[0]) :]
                 return f"record {wrong[0]} is of an unknown event"
             return "" if place + count * size == end else "it ends inside a record"
-        data = memoryview(self._bytes)
+        data = self._bytes.data
         sizes = {identity: event.record.itemsize for identity, event in self._events.items()}
         while place < end:
             identity = data[place] | data[place + 1] << 8
@@ -155,7 +155,8 @@ class CrazyflieLog:
         if name not in (event.record.names or ()):
             packed, part = name.rsplit(".", 1)
             return decompressed(self._column(event, packed, offsets))[:, "xyzw".index(part)]
-        kind, shift = (event.record.fields or {})[name][:2]
+        assert event.record.fields is not None  # as its names
+        kind, shift = event.record.fields[name][:2]
         out = np.empty(len(offsets), dtype=kind)
         step = 1 << 18
         for k in range(0, len(offsets), step):

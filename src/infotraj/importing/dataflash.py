@@ -88,7 +88,7 @@ class DataFlashLog:
                 if "*" not in name:
                     numbers[name] = table[name].astype(float)
                     continue
-                group = []
+                group: list[Array] = []
                 while name.replace("*", str(len(group))) in table:
                     group.append(table[name.replace("*", str(len(group)))].astype(float))
                 numbers[name] = np.stack(group, axis=-1)
@@ -106,7 +106,7 @@ class DataFlashLog:
 
     def _outputs(self) -> dict[int, int]:
         """Motor number: output channel, both from 0."""
-        found = {}
+        found: dict[int, int] = {}
         for channel in range(_CHANNELS):
             function = self.parameters.get(f"SERVO{channel + 1}_FUNCTION")
             motor = _MOTORS.get(int(function)) if function is not None and np.isfinite(function) else None

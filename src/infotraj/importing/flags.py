@@ -5,12 +5,14 @@ A flag that can only exclude flight (disarmed) says 0 or nothing (NaN); one that
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from infotraj.rotations import Array
 
 
-def as_flags(values: Array, states: dict[int, int | None]) -> Array:
+def as_flags(values: Array, states: Mapping[int, int | None]) -> Array:
     """Numbers of the log (n, 1) as 1, 0 or NaN by `states`; a number that is not listed changes nothing."""
     out = np.full(values.shape, np.nan)
     listed = np.isin(values, list(states))

@@ -118,7 +118,8 @@ class Mapping(Strict):
         unknown = [kind for kind in self.reads if kind not in Kind.__args__]  # type: ignore[attr-defined]
         if unknown:
             raise ValueError(f"reads: {unknown[0]!r} is none of {', '.join(Kind.__args__)}")  # type: ignore[attr-defined]
-        for owner in (self, *self.streams):
+        owners: tuple[Mapping | StreamMap, ...] = (self, *self.streams)
+        for owner in owners:
             frame_matrix(owner.world, "world")
             frame_matrix(owner.body, "body")
         names = [s.name for s in self.streams]

@@ -8,7 +8,7 @@ axes that a vector is expressed in) stays as it is.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -53,8 +53,9 @@ def _composed(key: str, value: Any, mapped: ChannelMap, stream: StreamMap, mappi
         if key == "axes":
             old = axes_matrix(mapped.axes, mirrored=True) if mapped.axes is not None else np.eye(3)
             return _axes(axes_matrix(value, mirrored=True) @ old)
-        if key in ("world", "body"):
-            further = frame_matrix(tuple(value) if isinstance(value, list) else value, key)
+        if key == "world" or key == "body":
+            which: Literal["world", "body"] = "world" if key == "world" else "body"
+            further = frame_matrix(tuple(value) if isinstance(value, list) else value, which)
             return value if further is None else _frame(key, further @ frame_of(mapped, stream, mapping, key))
         if key == "order":
             letters = dict(zip("wxyz", _READ_AS[value], strict=True))

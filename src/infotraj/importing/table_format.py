@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 
 from pydantic import Field, model_validator
@@ -82,7 +82,7 @@ class TextLines:
         """Lets the file go."""
         self._lines.close()
 
-    def _cleaned(self) -> Iterator[str]:
+    def _cleaned(self) -> Generator[str]:
         layout = self._layout
         prefix = re.compile(layout.line_prefix) if layout.line_prefix is not None else None
         skipped = 0
