@@ -10,7 +10,7 @@ from infotraj.dynamics.actuators import body_wrench
 from infotraj.dynamics.inputs import SURPLUS, for_vehicle, speed_columns, surplus
 from infotraj.errors import InputError
 from infotraj.flight import COMMANDED_FORCE, SPECIFIC_FORCE, Flight
-from infotraj.rotations import Array
+from infotraj.rotations import Array, Mask
 from infotraj.vehicle import Vehicle
 
 # Thrust coefficients, batteries and masses are wrong by tens of per cent; units by far more.
@@ -35,7 +35,7 @@ THROTTLES = (("percent", 0.0, 100.0), ("pwm_us", 800.0, 2300.0), ("dshot", 40.0,
 _REVERSES = 0.02
 
 
-def carrying_findings(flight: Flight, airborne: Array, vehicle: Vehicle | None) -> list[Finding]:
+def carrying_findings(flight: Flight, airborne: Mask, vehicle: Vehicle | None) -> list[Finding]:
     """Commanded rotors and commanded force against the weight that they carried, by medians over the flight."""
     if vehicle is None or vehicle.mass is None or airborne.sum() < 50:
         return []
@@ -86,7 +86,7 @@ def rotor_thrust(flight: Flight, vehicle: Vehicle) -> Array | None:
     return np.linalg.norm(body_wrench(vehicle, rotors, tilts)[:, :3], axis=1)
 
 
-def column_findings(flight: Flight, airborne: Array, vehicle: Vehicle | None) -> list[Finding]:
+def column_findings(flight: Flight, airborne: Mask, vehicle: Vehicle | None) -> list[Finding]:
     """Columns of more rotors or tilts than the vehicle has, and signs that speeds of rotors carry."""
     if vehicle is None:
         return []
@@ -116,9 +116,10 @@ def _surplus(found) -> Finding:
     )
 
 
-def _signed(flight: Flight, airborne: Array, vehicle: Vehicle) -> list[Finding]:
+def _signed(flight: Flight, airborne: Mask, vehicle: Vehicle) -> list[Finding]:
     """A note where speeds are negative; a warning where a rotor turns both ways, which no vehicle file here can say."""
-    negative, both = [], []
+    negative: list[str] = []
+    both: list[str] = []
     for column in speed_columns(vehicle, flight):
         x = flight.get(column)[airborne, 0]
         x = x[np.isfinite(x)]

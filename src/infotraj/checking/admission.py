@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import pandas as pd
@@ -35,7 +36,7 @@ def checked(
     parts = [_plain(part(f, start, stop)) for f in flights]
     keys = [_key(f, vehicle) for f in parts]
     both = list(zip(keys, parts, strict=True))
-    checks = [remembered(key, lambda f=f: examine(f, vehicle)) for key, f in progress(both, "checking flight")]
+    checks = [remembered(key, partial(examine, f, vehicle)) for key, f in progress(both, "checking flight")]
     if len(parts) > 1:
         checks = remembered(
             ("together", *keys),

@@ -10,7 +10,7 @@ from infotraj.checking.finding import Finding
 from infotraj.checking.motionless import motionless_rows
 from infotraj.checking.streams import runs
 from infotraj.flight import COMMANDED_FORCE, Flight
-from infotraj.rotations import Array
+from infotraj.rotations import Array, Mask
 from infotraj.vehicle import Vehicle
 
 # A crazyflie's rotors are 5 cm off the ground at rest; below this height above the resting place rows do not count.
@@ -31,7 +31,7 @@ class Airborne:
     """`rows` (n,) bool; `how` says from what it was judged; `ground` is the height of the resting place, m, or None;
     `against` says what speaks against the log's own flag, and what was believed, or is None."""
 
-    rows: Array
+    rows: Mask
     how: str
     ground: float | None
     against: str | None = None
@@ -145,7 +145,7 @@ def no_flight(flight: Flight, air: Airborne) -> list[Finding]:
     return contradicted
 
 
-def _motors_on(flight: Flight) -> tuple[Array, str] | None:
+def _motors_on(flight: Flight) -> tuple[Mask, str] | None:
     for prefix, name in (("rotor_", "measured rotors"), ("cmd_rotor_", "commanded rotors")):
         rotors = flight.numbered(prefix)
         if rotors.shape[1] and np.isfinite(rotors).any():
@@ -155,7 +155,7 @@ def _motors_on(flight: Flight) -> tuple[Array, str] | None:
     return None
 
 
-def _on(t: Array, level: Array) -> Array:
+def _on(t: Array, level: Array) -> Mask:
     # the flying level from the median of the upper half of the range: spikes and a long stay on the ground do not move
     # it
     top = np.percentile(level, 95)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
 from infotraj.checking.finding import Finding
@@ -150,7 +150,7 @@ def offset_findings(
     return found
 
 
-def _squares(rest: Array, index: Array, blocks: int) -> Array:
+def _squares(rest: Array, index: NDArray[np.intp], blocks: int) -> Array:
     out = np.zeros((rest.shape[0], blocks, rest.shape[2]))
     for b in range(blocks):
         out[:, b] = (rest[:, index == b] ** 2).sum(axis=1)

@@ -14,7 +14,7 @@ import numpy as np
 from infotraj.checking.finding import Finding, spans_text
 from infotraj.checking.streams import runs
 from infotraj.flight import POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
-from infotraj.rotations import Array
+from infotraj.rotations import Array, Mask
 from infotraj.vehicle import Vehicle
 
 SHORTEST = 0.5  # s
@@ -30,12 +30,12 @@ class DeadColumn:
     """Rows (n,) in which one column holds no measurement, `value` what it holds there, `share` of the flight."""
 
     column: str
-    rows: Array
+    rows: Mask
     value: float
     share: float
 
 
-def dead_columns(flight: Flight, airborne: Array, vehicle: Vehicle | None = None) -> list[DeadColumn]:
+def dead_columns(flight: Flight, airborne: Mask, vehicle: Vehicle | None = None) -> list[DeadColumn]:
     """Columns of measured rotors, rates, forces, velocities and positions that died while their siblings go on."""
     rotors = _rotors(flight, vehicle)
     groups = [g for g in (rotors, RATE, SPECIFIC_FORCE, VELOCITY, POSITION) if len(g) > 1 and flight.has(*g)]
@@ -58,7 +58,7 @@ def dead_columns(flight: Flight, airborne: Array, vehicle: Vehicle | None = None
     return found + _never_commanded(flight, airborne, vehicle)
 
 
-def _never_commanded(flight: Flight, airborne: Array, vehicle: Vehicle | None) -> list[DeadColumn]:
+def _never_commanded(flight: Flight, airborne: Mask, vehicle: Vehicle | None) -> list[DeadColumn]:
     """Commands of one rotor that read zero for SHORTEST and more while the others carry the vehicle: never logged."""
     columns = _rotors(flight, vehicle, "cmd_rotor_")
     if len(columns) < 2:
@@ -121,7 +121,7 @@ def _without(flight: Flight, column: str) -> str:
     return "without commands nothing is predicted there (a rotor that truly stopped reads so, too)"
 
 
-def _dead(t: Array, x: Array, c: int, whole: bool) -> Array:
+def _dead(t: Array, x: Array, c: int, whole: bool) -> Mask:
     """Rows (n,) in which column c repeats beyond chance while others change."""
     change = np.diff(x, axis=0) != 0
     new = np.delete(change, c, axis=1).any(axis=1)
@@ -155,7 +155,7 @@ def _dead(t: Array, x: Array, c: int, whole: bool) -> Array:
     return out
 
 
-def _stopped(x: Array) -> Array:
+def _stopped(x: Array) -> Mask:
     """Readings (n, rotors) of exactly zero while most others run at half their usual speed or more."""
     size = np.abs(x)
     usual = np.array([np.median(s[s > 0]) if (s > 0).any() else 0.0 for s in size.T])

@@ -9,7 +9,7 @@ import numpy as np
 from infotraj import rotations
 from infotraj.checking.finding import Finding
 from infotraj.flight import ATTITUDE, COMMANDED_WRENCH, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
-from infotraj.rotations import Array
+from infotraj.rotations import Array, Mask
 
 # Below these the named questions have no answer in practice; stated limits, not tests.
 LIMITS: tuple[tuple[str, float, str, str], ...] = (
@@ -23,7 +23,7 @@ LIMITS: tuple[tuple[str, float, str, str], ...] = (
 )
 
 
-def coverage(flight: Flight, airborne: Array) -> dict[str, dict[str, Any]]:
+def coverage(flight: Flight, airborne: Mask) -> dict[str, dict[str, Any]]:
     """For each state and input in flight: 1, 50 and 99 % quantiles, root mean square about the mean, and the frequency
     (Hz) below which 90 % of its power lies."""
     rows = flight.table[airborne] if airborne.any() else flight.table
@@ -57,7 +57,9 @@ def excitation_findings(covered: dict[str, dict[str, Any]]) -> list[Finding]:
         **{f"rate_{a}": covered.get(f"w{a}", {}).get("rms") for a in "xyz"},
     }
     weak = [
-        (n, have[n], limit, unit, what) for n, limit, unit, what in LIMITS if have[n] is not None and have[n] < limit
+        (n, value, limit, unit, what)
+        for n, limit, unit, what in LIMITS
+        if (value := have[n]) is not None and value < limit
     ]
     if not weak:
         return []

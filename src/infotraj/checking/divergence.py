@@ -11,7 +11,7 @@ from infotraj.checking.kinematics import Channels, acceleration_of, body_increme
 from infotraj.checking.readings import Table
 from infotraj.checking.streams import runs
 from infotraj.flight import POSITION, REFERENCE_POSITION, Flight
-from infotraj.rotations import Array
+from infotraj.rotations import Array, Mask
 
 # Rests that no sensor in order leaves over a second, by identity: rad/s, m/s, m/s^2 (a third of g).
 LARGE = {"rate": 1.0, "velocity": 0.5, "force": 3.3}
@@ -106,7 +106,7 @@ def unexplained_rates(table: Table, verdict: Verdict) -> list[Finding]:
     ]
 
 
-def reference_not_followed(flight: Flight, airborne: Array) -> list[Finding]:
+def reference_not_followed(flight: Flight, airborne: Mask) -> list[Finding]:
     """A vehicle that is far from its reference most of the flight: more than half the reference's own extent."""
     if not flight.has(*REFERENCE_POSITION, *POSITION) or airborne.sum() < 20:
         return []

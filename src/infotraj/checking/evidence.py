@@ -80,7 +80,8 @@ class Evidence:
     @property
     def sure(self) -> float:
         """How sure it is that the data follow the other reading (J test, corrected for the readings tried)."""
-        return sure_of_difference(*self.sums, tried=self.tried)
+        products, squares, rest = self.sums
+        return sure_of_difference(products, squares, rest, self.tried)
 
 
 def together(parts: Sequence[Evidence]) -> Evidence:

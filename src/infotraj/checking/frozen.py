@@ -15,7 +15,7 @@ from infotraj.checking.finding import Finding, Span, spans_text
 from infotraj.checking.held import Held, measured_groups, repeat_chance
 from infotraj.checking.streams import runs
 from infotraj.flight import COMMANDED_WRENCH, POSITION, VELOCITY, Flight
-from infotraj.rotations import Array
+from infotraj.rotations import Array, Mask
 
 SHORTEST = 0.5
 # A stream that arrives slower than the rows is interpolated in between by design; a death is far longer than that.
@@ -36,7 +36,7 @@ class Dead:
     """Rows (n,) in which a group of columns (one stream) is a straight line or stands still."""
 
     columns: tuple[str, ...]
-    rows: Array
+    rows: Mask
 
 
 def stream_groups(flight: Flight) -> list[tuple[str, ...]]:
@@ -75,7 +75,7 @@ def straight_streams(flight: Flight) -> list[Dead]:
     return found
 
 
-def still_streams(flight: Flight, airborne: Array, held: Sequence[Held] = ()) -> list[Dead]:
+def still_streams(flight: Flight, airborne: Mask, held: Sequence[Held] = ()) -> list[Dead]:
     """Measured streams that stand still in flight, to the last bit, while they move in the rest of it.
 
     A held stream stands still between its samples by design: for it the time counts in its own samples. A coarse
@@ -111,7 +111,7 @@ def beyond_still(held: Sequence[Held], still: Sequence[Dead]) -> list[Held]:
     return [replace(h, rows=h.rows & ~frozen[h.columns]) if h.columns in frozen else h for h in held]
 
 
-def dead_findings(flight: Flight, dead: list[Dead], airborne: Array, kind: str) -> list[Finding]:
+def dead_findings(flight: Flight, dead: list[Dead], airborne: Mask, kind: str) -> list[Finding]:
     """One finding for all streams that died together; a cut where it costs more than SMALL_SHARE of the flight."""
     if not dead:
         return []
@@ -140,7 +140,7 @@ def dead_findings(flight: Flight, dead: list[Dead], airborne: Array, kind: str) 
     ]
 
 
-def _straight(t: Array, x: Array) -> tuple[Array, Array]:
+def _straight(t: Array, x: Array) -> tuple[Mask, Mask]:
     # a row is straight when every column lies on the chord of its two neighbours
     left, right = np.diff(t)[:-1, None], np.diff(t)[1:, None]
     chord = (x[:-2] * right + x[2:] * left) / (left + right)
@@ -153,7 +153,7 @@ def _straight(t: Array, x: Array) -> tuple[Array, Array]:
     return on, level
 
 
-def _long(t: Array, mask: Array) -> list[tuple[int, int]]:
+def _long(t: Array, mask: Mask) -> list[tuple[int, int]]:
     found = runs(mask)
     if not found:
         return []
@@ -184,7 +184,7 @@ def _moves_so(flight: Flight, first: int, last: int) -> bool:
     return bool(np.nanmax(np.abs(v - slope)) < 0.02 * np.linalg.norm(slope) + 1e-6)
 
 
-def _all_still(flight: Flight, rows: Array, columns: tuple[str, ...], groups: list[tuple[str, ...]]) -> bool:
+def _all_still(flight: Flight, rows: Mask, columns: tuple[str, ...], groups: list[tuple[str, ...]]) -> bool:
     # a simulation without noise may truly stand still: then nothing else moves either
     rest = [g for g in groups if g != columns]
     if not rest:

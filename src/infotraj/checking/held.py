@@ -18,7 +18,7 @@ import numpy as np
 
 from infotraj.checking.finding import Finding
 from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
-from infotraj.rotations import Array
+from infotraj.rotations import Array, Mask
 
 SPAN = 2.0  # s that are judged together: rest and flight have different chances
 FEWEST = 40  # rows that are judged together, where SPAN has fewer
@@ -38,7 +38,7 @@ class Held:
     """
 
     columns: tuple[str, ...]
-    rows: Array
+    rows: Mask
     hz: float
     row_hz: float
     always: bool
@@ -60,7 +60,7 @@ def measured_groups(flight: Flight) -> list[tuple[str, ...]]:
     return fixed + counted
 
 
-def held_streams(flight: Flight, airborne: Array) -> list[Held]:
+def held_streams(flight: Flight, airborne: Mask) -> list[Held]:
     """Every measured stream of 20 samples or more, with the rows in which it repeats itself."""
     return [held for g in measured_groups(flight) if (held := _held(flight, g, airborne)) is not None]
 
@@ -86,7 +86,7 @@ def repeat_chance(x: Array) -> float:
     return float("nan") if np.isnan(out).all() else float(np.nanmin(out))
 
 
-def held_findings(held: Sequence[Held], airborne: Array) -> list[Finding]:
+def held_findings(held: Sequence[Held], airborne: Mask) -> list[Finding]:
     """One note about the streams that repeat their samples, throughout or now and then."""
     said, values = [], {}
     for h in held:
@@ -122,7 +122,7 @@ def _name(held: Held) -> str:
     return held.columns[0] if len(held.columns) == 1 else f"{held.columns[0]}..{held.columns[-1]}"
 
 
-def _held(flight: Flight, columns: tuple[str, ...], airborne: Array) -> Held | None:
+def _held(flight: Flight, columns: tuple[str, ...], airborne: Mask) -> Held | None:
     x = flight.get(*columns)
     where = np.flatnonzero(np.isfinite(x).all(axis=1))
     if len(where) < 20:
@@ -140,7 +140,7 @@ def _held(flight: Flight, columns: tuple[str, ...], airborne: Array) -> Held | N
             repeats = np.flatnonzero(same[part]) + part.start + 1
             rows[where[repeats if always else repeats[air[repeats]]]] = True
     hz = _hz(t[~rows[where]]) if always else row_hz
-    return Held(columns, rows, hz, row_hz, always)
+    return Held(columns, rows, hz, row_hz, bool(always))
 
 
 def _parts(t: Array) -> list[slice]:

@@ -7,14 +7,14 @@ import numpy as np
 from infotraj.checking.finding import Finding
 from infotraj.checking.settings import command, scale_setting
 from infotraj.flight import SPECIFIC_FORCE, Flight
-from infotraj.rotations import Array
+from infotraj.rotations import Mask
 
 STANDARD_GRAVITY = 9.80665
 # Over a flight the mean specific force balances the weight; aggressive flight raises its median size by less than half.
 USUAL = (0.6, 1.7)
 
 
-def force_unit_findings(flight: Flight, airborne: Array) -> list[Finding]:
+def force_unit_findings(flight: Flight, airborne: Mask) -> list[Finding]:
     """Unit, gravity and sign of ax, ay, az, from the median of its size and of az over the flight."""
     if not flight.has(*SPECIFIC_FORCE):
         return []

@@ -9,11 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from infotraj.checking.finding import Finding, spans_text
 from infotraj.checking.streams import runs
 from infotraj.flight import POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
-from infotraj.rotations import Array
+from infotraj.rotations import Array, Mask
 
 # A jump is so many times what 95 % of the steps stay below.
 JUMP = 5.0
@@ -34,10 +35,10 @@ class Jumped:
     column: str
     times: Array
     size: float
-    rows: Array
+    rows: Mask
 
 
-def jumped_columns(flight: Flight, airborne: Array) -> list[Jumped]:
+def jumped_columns(flight: Flight, airborne: Mask) -> list[Jumped]:
     """The measured columns, and commanded tilts, that wrap or flip in flight."""
     names = [c for g in (POSITION, VELOCITY, RATE, SPECIFIC_FORCE) if flight.has(*g) for c in g]
     for prefix in ("rotor_", "tilt_", "cmd_tilt_"):
@@ -75,7 +76,7 @@ def jump_findings(flight: Flight, jumped: list[Jumped]) -> list[Finding]:
     return found
 
 
-def _jumped(flight: Flight, column: str, airborne: Array) -> Jumped | None:
+def _jumped(flight: Flight, column: str, airborne: Mask) -> Jumped | None:
     x = flight.get(column)[:, 0]
     good = np.flatnonzero(np.isfinite(x) & airborne)
     if len(good) < 100:
@@ -123,7 +124,7 @@ def _lasts(at: Array, step: Array) -> bool:
     return sum(length > SPIKE for length in longest) > 1
 
 
-def _slope_goes_on(x: Array, jumps: Array) -> bool:
+def _slope_goes_on(x: Array, jumps: NDArray[np.intp]) -> bool:
     """Whether the slope after the jumps is that before them, as in a wrap; a change of sign turns it round."""
     inside = jumps[(jumps >= 3) & (jumps + 4 < len(x))]
     return bool(np.sum((x[inside] - x[inside - 3]) * (x[inside + 4] - x[inside + 1])) > 0)

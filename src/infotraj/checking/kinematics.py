@@ -18,7 +18,7 @@ from infotraj import rotations
 from infotraj.checking.attitude import NED_TO_ENU
 from infotraj.checking.streams import Stream, attitude_stream, runs, stream
 from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
-from infotraj.rotations import Array
+from infotraj.rotations import Array, Mask
 
 MOST_BLOCKS = 90
 PIECES = 3
@@ -50,7 +50,7 @@ class Channels:
     start: float
 
 
-def channels(flight: Flight, airborne: Array, most: int | None = MOST_BLOCKS) -> Channels:
+def channels(flight: Flight, airborne: Mask, most: int | None = MOST_BLOCKS) -> Channels:
     """Streams and sample times in the air: at most `most` blocks of 1 s, in PIECES pieces spread over the flight.
 
     Columns that the metadata call `derived` are left out: they agree with their source by construction. Half a second
@@ -137,7 +137,7 @@ def shifted(channel: Stream, centres: Array, width: float, shifts: Array) -> Arr
     return np.stack([channel.mean(centres + s, width) for s in shifts])
 
 
-def _centres(t: Array, airborne: Array, width: float) -> Array:
+def _centres(t: Array, airborne: Mask, width: float) -> Array:
     pieces = []
     for a, b in runs(airborne):
         start, stop = t[a] + EDGE, t[b - 1] - EDGE

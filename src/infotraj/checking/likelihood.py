@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from itertools import permutations, product
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import stats
 
 from infotraj.rotations import Array
@@ -47,7 +48,7 @@ class Moments:
     own: Array
     cross: Array
     square: Array
-    count: Array
+    count: NDArray[np.intp]
     floor: Array
     labels: Array
     own_sum: Array
@@ -55,7 +56,7 @@ class Moments:
     allowance: float
     channel: Array
     predictions: Array
-    block: Array
+    block: NDArray[np.intp]
     centres: Array
 
     @property

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from infotraj.flight import COMMANDED_FORCE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
-from infotraj.rotations import Array
+from infotraj.rotations import Array, Mask
 
 SPAN = 1.0  # s that are judged together
 CELL = 0.1  # s; white noise is averaged over it
@@ -18,7 +19,7 @@ STILL_SPEED = 0.1
 STILL_MOTORS = 1e-3
 
 
-def motionless_rows(flight: Flight) -> Array:
+def motionless_rows(flight: Flight) -> Mask:
     """Rows (n,) bool in seconds of no motion at all; none where the log has no inertial sensor.
 
     Motors that a controller moves fly, however calm the sensors are. Motors that run, with sensors that do not change
@@ -52,7 +53,7 @@ def motionless_rows(flight: Flight) -> Array:
         calm &= spread <= limit
         if columns in inertial:
             exact &= raw == 0.0
-    if level > 0:
+    if motors is not None and level > 0:
         calm &= (_spread(motors, part) <= STILL_MOTORS * level) & ~exact
     return calm[part]
 
@@ -65,7 +66,7 @@ def _motors(flight: Flight) -> Array | None:
     return flight.get(*COMMANDED_FORCE) if flight.has(*COMMANDED_FORCE) else None
 
 
-def _means(x: Array, cell: Array) -> Array:
+def _means(x: Array, cell: NDArray[np.intp]) -> Array:
     """The mean of x (n, c) over the rows of each cell, (n, c); NaN where a cell has no sample."""
     good = np.isfinite(x)
     out = np.empty_like(x)
@@ -76,7 +77,7 @@ def _means(x: Array, cell: Array) -> Array:
     return out
 
 
-def _spread(x: Array, part: Array) -> Array:
+def _spread(x: Array, part: NDArray[np.intp]) -> Array:
     """Largest minus smallest value in each part, the largest over the columns, (parts,); 0 where there is none."""
     low = np.full((part[-1] + 1, x.shape[1]), np.inf)
     high = -low

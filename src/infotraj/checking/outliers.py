@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
-from infotraj.checking.finding import Finding, Span, spans_text
+from infotraj.checking.finding import Finding, Severity, Span, spans_text
 from infotraj.checking.streams import runs
 from infotraj.checking.voids import Void
 from infotraj.flight import ATTITUDE, COMMANDED_FORCE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
-from infotraj.rotations import Array
+from infotraj.rotations import Array, Mask
 from infotraj.vehicle import Vehicle
 
 # Gyros of flight controllers end at 2000 deg/s (35 rad/s), the widest at 4000 deg/s (70 rad/s).
@@ -49,7 +50,7 @@ def attitude_norm(flight: Flight) -> list[Finding]:
     ]
 
 
-def impossible_values(flight: Flight, airborne: Array) -> list[Finding]:
+def impossible_values(flight: Flight, airborne: Mask) -> list[Finding]:
     """Rates, speeds and forces that no multirotor and no sensor reaches, in more than 1 % of the flight."""
     found = []
     for columns, limit, unit, code, hint in (
@@ -84,7 +85,7 @@ def impossible_values(flight: Flight, airborne: Array) -> list[Finding]:
     return found
 
 
-def spikes(flight: Flight, airborne: Array) -> list[tuple[str, tuple[Span, ...], float]]:
+def spikes(flight: Flight, airborne: Mask) -> list[tuple[str, tuple[Span, ...], float]]:
     """Channels with single samples (at most two in a row) far from their neighbours on both sides, in flight.
 
     For each: the column, when, and the share of its samples.
@@ -104,7 +105,7 @@ def spikes(flight: Flight, airborne: Array) -> list[tuple[str, tuple[Span, ...],
         new = np.concatenate([[True], np.diff(x[good]) != 0])
         first = np.flatnonzero(new)
         past = np.append(first[1:], len(good))
-        samples = _spikes(x[good][first]) if len(first) >= 50 else np.empty(0, dtype=int)
+        samples = _spikes(x[good][first]) if len(first) >= 50 else np.empty(0, dtype=np.int_)
         if column.startswith("cmd_"):
             # a command that is held for a while was meant
             samples = samples[past[samples] - first[samples] <= 2]
@@ -142,7 +143,7 @@ def spike_voids(flight: Flight, found: list[tuple[str, tuple[Span, ...], float]]
     return [Void("spikes", (column,), t[rows]) for column, rows in at.items()]
 
 
-def saturation(flight: Flight, airborne: Array) -> tuple[list[Finding], list[Void]]:
+def saturation(flight: Flight, airborne: Mask) -> tuple[list[Finding], list[Void]]:
     """Channels that stay at their own extreme for three samples or more, again and again, in flight; and the samples
     of sensors there, which say only that the true value lies beyond."""
     found, voids = [], []
@@ -172,7 +173,7 @@ def saturation(flight: Flight, airborne: Array) -> tuple[list[Finding], list[Voi
             sensor = column in sensors
             if sensor:
                 voids.append(Void("saturated", (column,), flight.t[rows]))
-            severity = "warning" if sensor and share > FEW else "note"
+            severity: Severity = "warning" if sensor and share > FEW else "note"
             spans = _spans(flight.t, rows)
             found.append(
                 Finding(
@@ -191,7 +192,7 @@ def saturation(flight: Flight, airborne: Array) -> tuple[list[Finding], list[Voi
     return found, voids
 
 
-def impossible_commands(flight: Flight, airborne: Array, vehicle: Vehicle | None) -> list[Finding]:
+def impossible_commands(flight: Flight, airborne: Mask, vehicle: Vehicle | None) -> list[Finding]:
     """Rotor commands below zero or beyond full scale, and commanded forces far beyond what flies."""
     rotors = flight.numbered("cmd_rotor_")
     found = []
@@ -200,7 +201,7 @@ def impossible_commands(flight: Flight, airborne: Array, vehicle: Vehicle | None
         speeds = top > 1.0 and (vehicle is None or all(r.input == "speed" for r in vehicle.rotors))
         rotors = np.abs(rotors) if speeds else rotors  # a speed's sign says which way the rotor turns
         with np.errstate(invalid="ignore"):
-            bad = ((rotors < -0.01 * top) | (rotors > 1.02 * top)).any(axis=1)
+            bad = np.any((rotors < -0.01 * top) | (rotors > 1.02 * top), axis=1)
         if bad.any():
             columns = tuple(f"cmd_rotor_{k}" for k in range(rotors.shape[1]))
             extremes = (float(np.nanmin(rotors)), float(np.nanmax(rotors)))
@@ -221,7 +222,7 @@ def impossible_commands(flight: Flight, airborne: Array, vehicle: Vehicle | None
     return found
 
 
-def pose_jumps(flight: Flight, airborne: Array) -> list[Finding]:
+def pose_jumps(flight: Flight, airborne: Mask) -> list[Finding]:
     """Positions that jump between neighbouring samples: a lost marker, a reset of the estimator."""
     if not flight.has(*POSITION):
         return []
@@ -251,7 +252,7 @@ def pose_jumps(flight: Flight, airborne: Array) -> list[Finding]:
     ]
 
 
-def _commands(flight: Flight, bad: Array, airborne: Array, columns: tuple[str, ...], text: str) -> Finding:
+def _commands(flight: Flight, bad: Mask, airborne: Mask, columns: tuple[str, ...], text: str) -> Finding:
     share = float((bad & airborne).sum() / max(airborne.sum(), 1))
     spans = _spans(flight.t, bad)
     return Finding(
@@ -273,7 +274,7 @@ def _full_scale(rotors: Array, vehicle: Vehicle | None) -> float:
         return 1.0
     limits = [r.max_speed for r in given if r.max_speed]
     if limits and given[0].input == "thrust":
-        return max(r.thrust_coefficient * r.max_speed**2 for r in given if r.max_speed)
+        return max(r.known_thrust_coefficient() * r.max_speed**2 for r in given if r.max_speed)
     if limits:
         return float(max(limits))
     # without a vehicle: most samples at or below 1 are a throttle; speeds have no scale that is known
@@ -281,12 +282,12 @@ def _full_scale(rotors: Array, vehicle: Vehicle | None) -> float:
     return 1.0 if usual <= 1.0 else 20 * usual
 
 
-def _spikes(x: Array) -> Array:
+def _spikes(x: Array) -> NDArray[np.int_]:
     away = np.zeros(len(x))
     away[2:-2] = np.abs(x[2:-2] - np.median(np.lib.stride_tricks.sliding_window_view(x, 5), axis=1))
     moving = away[away > 0]
     if not len(moving):
-        return np.empty(0, dtype=int)
+        return np.empty(0, dtype=np.int_)
     scale = 1.4826 * float(np.median(moving))
     low, high = np.percentile(x, [5, 95])
     limit = max(SPIKE_SCALES * scale, TAIL_SCALES * float(np.percentile(away, 99.5)), SPIKE_OF_RANGE * (high - low))
@@ -307,5 +308,5 @@ def _usual_repeat(x: Array) -> int:
     return max(1, int(np.median(lengths))) if same.mean() > 0.3 and lengths else 1
 
 
-def _spans(t: Array, rows: Array) -> tuple[Span, ...]:
+def _spans(t: Array, rows: Mask) -> tuple[Span, ...]:
     return tuple((float(t[a]), float(t[b - 1])) for a, b in runs(rows))

@@ -7,7 +7,7 @@ import numpy as np
 from infotraj.checking.finding import Finding
 from infotraj.checking.held import measured_groups
 from infotraj.flight import Flight
-from infotraj.rotations import Array
+from infotraj.rotations import Array, Mask
 
 # Steps of this share of the channel's standard deviation are worth a note; as large as it, they hide the signal.
 NOTED = 0.25
@@ -29,7 +29,7 @@ def step_size(x: Array) -> float | None:
     return step if (off < 0.05).mean() > 0.9 else None
 
 
-def quantised(flight: Flight, airborne: Array) -> list[Finding]:
+def quantised(flight: Flight, airborne: Mask) -> list[Finding]:
     """One finding about all measured columns whose steps are a good part of what they show in flight."""
     found = {}
     for columns in measured_groups(flight):

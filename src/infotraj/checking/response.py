@@ -8,6 +8,7 @@ multirotor.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from infotraj.checking.clocks import Offset, by_segments, line, minimum
 from infotraj.checking.finding import Finding
@@ -116,7 +117,7 @@ def response_findings(lag: Offset | None, step: float, channel: str) -> list[Fin
     ]
 
 
-def _centred(x: Array, index: Array, blocks: int) -> Array:
+def _centred(x: Array, index: NDArray[np.intp], blocks: int) -> Array:
     # slow changes (battery, altitude) are not what a lag shows in: each block has its own mean
     count = np.bincount(index, minlength=blocks)
     mean = np.stack([np.bincount(index, weights=row, minlength=blocks) for row in x]) / count

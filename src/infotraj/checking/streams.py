@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from infotraj.flight import Flight
-from infotraj.rotations import Array, continuous, normalize
+from infotraj.rotations import Array, Mask, continuous, normalize
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def attitude_stream(q: Stream) -> Stream:
     return Stream(q.t[keep], continuous(normalize(q.x[keep])), q.gap)
 
 
-def runs(mask: Array) -> list[tuple[int, int]]:
+def runs(mask: Mask) -> list[tuple[int, int]]:
     """The runs of True in `mask` as (first, past the last) row numbers."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], np.asarray(mask, dtype=int), [0]])))
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]

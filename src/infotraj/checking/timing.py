@@ -8,7 +8,7 @@ import pandas as pd
 from infotraj.checking.finding import Finding, Span, spans_text
 from infotraj.checking.settings import command
 from infotraj.flight import RATE, VELOCITY, Flight
-from infotraj.rotations import Array
+from infotraj.rotations import Array, Mask
 from infotraj.terminal import counted
 
 TIME_UNITS = {1e-3: ("milliseconds", "ms"), 1e-6: ("microseconds", "us"), 1e-9: ("nanoseconds", "ns")}
@@ -53,7 +53,7 @@ def order(table: pd.DataFrame) -> tuple[pd.DataFrame, list[Finding]]:
     return table.reset_index(drop=True), findings
 
 
-def gaps(flight: Flight, airborne: Array) -> list[Finding]:
+def gaps(flight: Flight, airborne: Mask) -> list[Finding]:
     """Steps longer than five median steps (and 50 ms), counted in flight."""
     t = flight.t
     step = np.diff(t)
