@@ -25,6 +25,7 @@ class ActuationDelay(Effect):
     name = "actuation_delay"
     place = "actuators"
     parameters = (Parameter("delay", "s", 0.015, (0.0, 0.2)),)
+    delay: float
     needs = ("rotor commands", "moving command")
     source = "transport delay u(t - delay); Franklin et al., Feedback Control of Dynamic Systems, 5.6.3"
     hidden_when = "no commands are recorded, or none changes"
@@ -48,6 +49,7 @@ class RotorLag(Effect):
     name = "rotor_lag"
     place = "actuators"
     parameters = (Parameter("extra_time_constant", "s", 0.03, (0.0, 0.5)),)
+    extra_time_constant: float
     needs = ("rotor commands", "moving command")
     source = "first-order lag of a speed-controlled motor; Bouabdallah (2007), 2.4"
     hidden_when = "no rotor command is recorded, or none changes"
@@ -77,6 +79,7 @@ class ServoLag(Effect):
     name = "servo_lag"
     place = "actuators"
     parameters = (Parameter("extra_time_constant", "s", 0.03, (0.0, 0.5)),)
+    extra_time_constant: float
     needs = ("tilt commands",)
     source = "first-order lag of a position servo; Franklin et al., Feedback Control of Dynamic Systems, 3.3"
     declared = Declared("time", _LAG, "time_constant of the tilts, more by")
@@ -105,6 +108,7 @@ class ServoRateLimit(Effect):
     name = "servo_rate_limit"
     place = "actuators"
     parameters = (Parameter("max_rate", "rad/s", 3.0, (0.2, np.inf), absent=None, meaning="true greatest rate"),)
+    max_rate: float | None
     needs = ("tilt commands",)
     source = "slew-rate limit of a servo; Bodie et al. (2019), measured tilt rates"
     hidden_when = "no tilt is commanded to move faster than the limit"
@@ -139,7 +143,9 @@ class ServoRateLimit(Effect):
         return self.max_rate is None or all(self.max_rate >= a.max_rate for a in vehicle.tilts)
 
     def actuators(self, law: ActuatorLaw) -> ActuatorLaw:
-        return replace(law, tilt_max_rate=np.minimum(law.tilt_max_rate, self.max_rate))
+        return replace(
+            law, tilt_max_rate=np.minimum(law.tilt_max_rate, np.inf if self.max_rate is None else self.max_rate)
+        )
 
 
 class ServoBacklash(Effect):
@@ -151,6 +157,7 @@ class ServoBacklash(Effect):
     name = "servo_backlash"
     place = "actuators"
     parameters = (Parameter("half_width", "rad", 0.015, (0.0, 0.15)),)
+    half_width: float
     needs = ("tilt commands",)
     source = "Visintin, Differential Models of Hysteresis (1994), III.2 (play)"
     hidden_when = "no tilt command is recorded, or none changes"
@@ -170,6 +177,7 @@ class ServoBias(Effect):
     place = "actuators"
     exact = True
     parameters = (Parameter("bias", "rad", 0.0175, (-0.1, 0.1), size="tilts"),)
+    bias: Array
     needs = ("tilt commands",)
     source = "zero error of a position servo"
     shifts = True

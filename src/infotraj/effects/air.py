@@ -26,6 +26,7 @@ class Wind(Effect):
     name = "wind"
     place = "wrench"
     parameters = (Parameter("v", "m/s", 3.0, (-25.0, 25.0), size=3, meaning="of the air, world axes, z up"),)
+    v: Array
     needs = ("velocity",)
     needs_to_act = needs
     beside = ("rotor_drag", "linear_drag", "quadratic_drag", "axial_inflow", "hub_moment", "translational_lift")
@@ -55,6 +56,7 @@ class PressureCentre(Effect):
     name = "pressure_centre"
     place = "wrench"
     parameters = (Parameter("r", "m", 0.02, (-0.2, 0.2), size=3, meaning="where the body's drag acts, body axes"),)
+    r: Array
     needs = ("inertia", "velocity", "rate")
     needs_to_act = ("velocity",)
     beside = ("linear_drag", "quadratic_drag")

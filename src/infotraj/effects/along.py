@@ -93,12 +93,12 @@ class Along:
     @property
     def attitude(self) -> Array:
         """Rotation (N, 3, 3), body to world."""
-        return self.motion.attitude
+        return _known(self.motion.attitude, "attitude")
 
     @property
     def velocity(self) -> Array:
         """Velocity of the body's origin over the ground (N, 3) m/s, body axes."""
-        return self.motion.velocity
+        return _known(self.motion.velocity, "velocity")
 
     @property
     def velocity_in_air(self) -> Array:
@@ -110,7 +110,7 @@ class Along:
     @property
     def rate(self) -> Array:
         """Angular velocity (N, 3) rad/s, body axes."""
-        return self.motion.rate
+        return _known(self.motion.rate, "rate")
 
     @property
     def tilt(self) -> Array:
@@ -166,7 +166,7 @@ class Along:
 
         def height() -> Array:
             down = self.attitude[:, 2, :]
-            return self.motion.height[:, None] + np.einsum("ni,nri->nr", down, self.position)
+            return _known(self.motion.height, "height")[:, None] + np.einsum("ni,nri->nr", down, self.position)
 
         return self._keep("rotor_height", height)
 
@@ -241,6 +241,12 @@ def _frames(cosine, sine, of_rotor, parts):
                 position[n, r, i] = parts[r, 0, i] + c * parts[r, 1, i] + s * parts[r, 2, i]
                 axis[n, r, i] = parts[r, 0, 3 + i] + c * parts[r, 1, 3 + i] + s * parts[r, 2, 3 + i]
     return position, axis
+
+
+def _known(values: Array | None, what: str) -> Array:
+    if values is None:
+        raise ValueError(f"the flight has no {what}: an effect that reads it lists it in `needs_to_act`")
+    return values
 
 
 @njit(cache=True)

@@ -259,21 +259,21 @@ class Effect(ABC):
         """What multiplies the rotors' reaction torque: a number, (rotors,) or (N, rotors)."""
         return 1.0
 
-    def rotor_force(self, along: Along) -> Array | None:
+    def rotor_force(self, along: Along) -> Array:
         """A further force (N) at each rotor, (N, rotors, 3), body axes."""
-        return None
+        return np.zeros((along.count, len(along.vehicle.rotors), 3))
 
-    def rotor_momentum(self, along: Along) -> tuple[Array, Array] | None:
+    def rotor_momentum(self, along: Along) -> tuple[Array, Array]:
         """Angular momentum of the rotors (N m s) and its rate of change in body axes (N m), each (N, 3)."""
-        return None
+        return np.zeros((along.count, 3)), np.zeros((along.count, 3))
 
-    def wrench(self, along: Along) -> Array | None:
+    def wrench(self, along: Along) -> Array:
         """Force (N) and torque (N m) about the body's origin, body axes, (N, 6)."""
-        return None
+        return np.zeros((along.count, 6))
 
-    def load(self, along: Along) -> Load | None:
-        """Something that hangs from the body's origin."""
-        return None
+    def load(self, along: Along) -> Load:
+        """Something that hangs from the body's origin; without mass where there is none."""
+        return Load(np.zeros((along.count, 3)), np.zeros(along.count), 0.0)
 
     def body(self, law: BodyLaw) -> BodyLaw:
         """The rigid body with this effect."""

@@ -35,7 +35,7 @@ def missing_channel(need: str, vehicle: Vehicle, flight: Flight) -> str | None:
     if need == "rotors":
         return None
     if need == "reaction torque":
-        known = vehicle.rotors or vehicle.thrust_axis
+        known = bool(vehicle.rotors or vehicle.thrust_axis)
         return None if known else f"{NO_ROTORS}, nor a thrust_axis: which torque is their reaction is not known"
     if need == "radius":
         return None if all(r.radius for r in vehicle.rotors) else "the vehicle file gives no rotor radius"

@@ -20,6 +20,7 @@ class RotorDrag(Effect):
     name = "rotor_drag"
     place = "wrench"
     parameters = (Parameter("k", "N s^2/(m rad)", 6e-5, (0.0, 2e-3)),)
+    k: float
     needs = ("velocity", "rate", "rotor speed")
     needs_to_act = needs
     source = "Martin and Salaun (2010), eq. 9; rotorpy; RotorS"
@@ -42,6 +43,7 @@ class LinearDrag(Effect):
     name = "linear_drag"
     place = "wrench"
     parameters = (Parameter("d", "N s/m", 0.1, (0.0, 10.0), size=3),)
+    d: Array
     needs = ("velocity",)
     needs_to_act = needs
     source = "Faessler et al. (2018), eq. 2"
@@ -64,6 +66,7 @@ class QuadraticDrag(Effect):
     name = "quadratic_drag"
     place = "wrench"
     parameters = (Parameter("d", "N s^2/m^2", 0.05, (0.0, 10.0), size=3),)
+    d: Array
     needs = ("velocity",)
     needs_to_act = needs
     source = "Leishman, Principles of Helicopter Aerodynamics, 5.4.6"
@@ -84,6 +87,7 @@ class AngularDamping(Effect):
     name = "angular_damping"
     place = "wrench"
     parameters = (Parameter("d", "N m s/rad", 0.01, (0.0, 5.0), size=3),)
+    d: Array
     needs = ("inertia", "rate")
     needs_to_act = ("rate",)
     source = "Padfield, Helicopter Flight Dynamics (2007), 4.3.1 (rate damping derivatives)"

@@ -24,6 +24,7 @@ class HubMoment(Effect):
     name = "hub_moment"
     place = "wrench"
     parameters = (Parameter("k", "N m s^2/(m rad)", 1e-6, (0.0, 1e-4)),)
+    k: float
     needs = ("inertia", "velocity", "rate", "rotor speed")
     needs_to_act = ("velocity", "rate", "rotor speed")
     source = "Leishman, Principles of Helicopter Aerodynamics, 4.5; RotorS"
@@ -60,6 +61,7 @@ class TranslationalLift(Effect):
     name = "translational_lift"
     place = "thrust"
     parameters = (Parameter("k", "N s^2/m^2", 4e-3, (0.0, 0.1)),)
+    k: float
     needs = ("rotors", "velocity", "rate")
     needs_to_act = needs
     source = "Leishman, Principles of Helicopter Aerodynamics, 2.14"

@@ -23,6 +23,7 @@ class Gyroscopic(Effect):
     name = "gyroscopic"
     place = "wrench"
     parameters = (Parameter("rotor_inertia", "kg m^2", 3e-5, (0.0, 2e-3), meaning="of one rotor about its axis"),)
+    rotor_inertia: float
     needs = ("inertia", "rate", "rotor speed")
     needs_to_act = ("rate", "rotor speed")
     source = "Bouabdallah (2007), 2.3.2"

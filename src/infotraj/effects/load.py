@@ -36,6 +36,8 @@ class SuspendedLoad(Effect):
         Parameter("mass", "kg", 0.1, (0.0, 10.0)),
         Parameter("length", "m", 0.2, (0.05, 5.0), absent=0.6, meaning="of the cable; says nothing without a mass"),
     )
+    mass: float
+    length: float
     needs = ("mass", "body motion", "specific force")
     needs_to_act = ("mass", "body motion")
     states = STATES
@@ -43,20 +45,21 @@ class SuspendedLoad(Effect):
 
     @classmethod
     def scale(cls, vehicle: Vehicle, parameter: Parameter) -> float:
-        return 0.1 * vehicle.mass if parameter.name == "mass" else parameter.scale
+        return 0.1 * vehicle.known_mass() if parameter.name == "mass" else parameter.scale
 
     @classmethod
     def bounds(cls, vehicle: Vehicle, parameter: Parameter) -> tuple[float, float]:
-        return (0.0, vehicle.mass) if parameter.name == "mass" else parameter.bounds
+        return (0.0, vehicle.known_mass()) if parameter.name == "mass" else parameter.bounds
 
     @classmethod
     def starts(cls, vehicle: Vehicle, parameters: tuple[Parameter, ...]) -> list[dict]:
-        return [{"mass": 0.1 * vehicle.mass, "length": length} for length in (0.3, 0.45, 0.65, 1.0)]
+        return [{"mass": 0.1 * vehicle.known_mass(), "length": length} for length in (0.3, 0.45, 0.65, 1.0)]
 
     def is_absent(self, vehicle: Vehicle) -> bool:
         return self.mass == 0.0
 
     def load(self, along: Along) -> Load:
+        assert along.of_flight is not None  # a load needs the whole flight
         start, step, states = along.of_flight(("suspended_load", self.length), self._swing)
         q, q_dot = _between(states, (along.time - start) / step, step)
         direction = np.einsum("nji,nj->ni", along.attitude, q)
@@ -66,7 +69,7 @@ class SuspendedLoad(Effect):
         """Start, step and states q, q', q'' (m, 3, 3) of the load along the flight, world axes."""
         steps = max(2, math.ceil((path.stop - path.start) / _STEP))
         step = (path.stop - path.start) / steps
-        force = path.at(path.start + 0.5 * step * np.arange(2 * steps + 1))
+        force = path.at(path.start + 0.5 * step * np.arange(2 * steps + 1, dtype=float))
         up = np.array([0.0, 0.0, 1.0])
         if not path.first_speed < _AT_REST:
             early = np.arange(0, max(2, round(_FIRST / step)) * 2 + 1)[: len(force)]
@@ -74,7 +77,7 @@ class SuspendedLoad(Effect):
             up = line / np.linalg.norm(line)
         first, rate = -up, np.zeros(3)
         if path.across is not None:
-            time = path.start + step * np.arange(min(steps, math.floor(LEARNED / step)) + 1)
+            time = path.start + step * np.arange(min(steps, math.floor(LEARNED / step)) + 1, dtype=float)
             begun = force[: 2 * len(time) - 1]
 
             def swing(q: Array, q_dot: Array) -> tuple[Array, Array]:

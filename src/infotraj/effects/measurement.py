@@ -7,6 +7,7 @@ from dataclasses import replace
 from infotraj import rotations
 from infotraj.effects.base import Declared, Effect, Parameter
 from infotraj.effects.laws import ImuLaw
+from infotraj.rotations import Array
 
 
 class GyroBias(Effect):
@@ -16,6 +17,7 @@ class GyroBias(Effect):
     place = "measurement"
     exact = True
     parameters = (Parameter("b", "rad/s", 0.03, (-0.5, 0.5), size=3),)
+    b: Array
     needs = ("gyro", "attitude")
     source = "Farrenkopf (1978); Titterton and Weston, Strapdown Inertial Navigation Technology, 12"
     hidden_when = "the rates are derived from the attitude"
@@ -31,6 +33,7 @@ class ImuMisalignment(Effect):
     place = "measurement"
     exact = True
     parameters = (Parameter("rotvec", "rad", 0.0175, (-0.3, 0.3), size=3),)
+    rotvec: Array
     needs = ("gyro", "accelerometer")
     source = "Titterton and Weston, Strapdown Inertial Navigation Technology, 12 (mounting misalignment)"
     declared = Declared("angle", 1 / 10, "frame of the IMU, turned about {axis} by")  # 0.1 deg
@@ -49,6 +52,7 @@ class TimeOffset(Effect):
     name = "time_offset"
     place = "measurement"
     parameters = (Parameter("dt", "s", 0.01, (-0.1, 0.1)),)
+    dt: float
     needs = ("gyro", "accelerometer")
     source = "Li and Mourikis (2014), 2"
     declared = Declared("clock", 1 / 10, "clock of the IMU, later by")  # 1 ms: clocks of log and sensor
@@ -67,6 +71,7 @@ class SensorLag(Effect):
     name = "sensor_lag"
     place = "measurement"
     parameters = (Parameter("time_constant", "s", 0.008, (0.0, 0.1)),)
+    time_constant: float
     needs = ("gyro or accelerometer",)
     source = "first-order low-pass filter; Franklin et al., Feedback Control of Dynamic Systems, 3.3"
     hidden_when = "rates and specific force are derived, not measured"

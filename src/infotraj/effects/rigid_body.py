@@ -9,6 +9,7 @@ import numpy as np
 
 from infotraj.effects.base import Declared, Effect, Parameter
 from infotraj.effects.laws import BodyLaw
+from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
 _BALANCED = 0.00033  # m: what a balance tells of a centre of mass, however small the vehicle
@@ -23,20 +24,21 @@ class MassOffset(Effect):
     balance = True
     declared = Declared("mass", 1 / 10, "mass")  # 0.5 %: a scale is better than a bench
     parameters = (Parameter("dm", "kg", 0.05, (-0.5, 1.0), meaning="true mass minus the vehicle file's"),)
+    dm: float
     needs = ("mass", "specific force")
     source = "Newton's second law"
 
     @classmethod
     def scale(cls, vehicle: Vehicle, parameter: Parameter) -> float:
-        return 0.05 * vehicle.mass
+        return 0.05 * vehicle.known_mass()
 
     @classmethod
     def bounds(cls, vehicle: Vehicle, parameter: Parameter) -> tuple[float, float]:
-        return -0.5 * vehicle.mass, 3.0 * vehicle.mass
+        return -0.5 * vehicle.known_mass(), 3.0 * vehicle.known_mass()
 
     @classmethod
     def whole(cls, vehicle: Vehicle, parameter: Parameter) -> float:
-        return vehicle.mass
+        return vehicle.mass or 0.0
 
     @classmethod
     def in_the_file(cls, vehicle: Vehicle, place: int, rotor: int) -> tuple[str, float, float]:
@@ -83,6 +85,10 @@ class InertiaError(Effect):
         moments = np.diag(vehicle.inertia.matrix()) if vehicle.inertia is not None else np.zeros(3)
         return name, float(moments[place]), per
 
+    dxx: float
+    dyy: float
+    dzz: float
+
     def body(self, law: BodyLaw) -> BodyLaw:
         if law.inertia is None:
             return law
@@ -102,6 +108,7 @@ class CenterOfMassOffset(Effect):
     balance = True
     declared = Declared("place", 1 / 20, "center_of_mass.{axis}")  # 0.15 % of an arm, and `_BALANCED`
     parameters = (Parameter("r", "m", 0.01, (-0.1, 0.1), size=3, meaning="centre of mass, body axes"),)
+    r: Array
     needs = ("rate",)
     needs_to_act = needs
     source = "Featherstone, Rigid Body Dynamics Algorithms (2008), 2.13"

@@ -21,6 +21,7 @@ class RotorPlace(Effect):
     name = "rotor_place"
     place = "rigid body"
     parameters = (Parameter("r", "m", 0.005, (-1.0, 1.0), size=3),)
+    r: Array
     needs = ("inertia", "rate")
     beside = ("rotor_drag",)
     source = "Newton and Euler: the torque of a force about another point"

@@ -24,6 +24,8 @@ class RotorTorque(Effect):
         Parameter("rotor", "-", 1.0, (0, np.inf), index=True),
         Parameter("r", "m", 0.005, (-1.0, 1.0), size=3),
     )
+    rotor: int
+    r: Array
     needs = ("inertia", "rate")
     source = "Newton and Euler: the torque of a force about another point"
     linear = True
@@ -41,6 +43,7 @@ class RotorTorque(Effect):
 
     def wrench(self, along: Along) -> Array:
         rotors = of_arm(along.vehicle, self.rotor)
+        assert along.thrust is not None  # a wrench is asked for when the thrust is known
         thrust = along.thrust[:, rotors[0]] if len(rotors) == 1 else along.thrust[:, rotors].sum(axis=1)
         tilt = along.vehicle.rotors[self.rotor].tilt
         r = self.r

@@ -19,6 +19,7 @@ class SteadyForce(Effect):
     place = "wrench"
     exact = True
     parameters = (Parameter("f", "N", 0.3, (-20.0, 20.0), size=3, meaning="world axes"),)
+    f: Array
     needs = ("attitude", "mass", "specific force")
     needs_to_act = ("attitude",)
     source = "Newton's second law with a constant disturbance"
@@ -47,6 +48,7 @@ class SteadyTorque(Effect):
     place = "wrench"
     exact = True
     parameters = (Parameter("t", "N m", 0.01, (-10.0, 10.0), size=3, meaning="body axes"),)
+    t: Array
     needs = ("inertia", "rate")
     source = "Euler's equations of motion with a constant disturbance"
     linear = True

@@ -22,6 +22,7 @@ class ThrustScale(Effect):
     name = "thrust_scale"
     place = "thrust"
     parameters = (Parameter("factor", "-", 0.1, (0.5, 2.0), absent=1.0, meaning="true thrust per modelled thrust"),)
+    factor: float
     source = "T = k_F w^2; Leishman, Principles of Helicopter Aerodynamics, 2.4 (thrust coefficient)"
 
     @classmethod
@@ -41,6 +42,8 @@ class RotorEffectiveness(Effect):
         Parameter("rotor", "-", 1, (0, 1000), index=True, meaning="its place in the vehicle file's list, from 0"),
         Parameter("factor", "-", 0.15, (0.0, 1.5), absent=1.0, meaning="true thrust per modelled thrust"),
     )
+    rotor: int
+    factor: float
     source = "loss of control effectiveness; Zhang and Jiang, Annual Reviews in Control 32 (2008)"
     repeatable = True
     declared = Declared("rotors", 1 / 15, "rotor_{rotor}.thrust, factor", 1.0)  # 1 % of a rotor's thrust
@@ -73,6 +76,7 @@ class CoaxialLoss(Effect):
     name = "coaxial_loss"
     place = "thrust"
     parameters = (Parameter("fraction", "-", 0.15, (0.0, 0.6), meaning="share of a lower rotor's thrust that is lost"),)
+    fraction: float
     needs = needs_to_act = ("rotors",)
     source = "Leishman, Principles of Helicopter Aerodynamics, 2.14"
     hidden_when = "the vehicle has no coaxial rotors"
@@ -95,6 +99,7 @@ class MomentScale(Effect):
     name = "moment_scale"
     place = "thrust"
     parameters = (Parameter("factor", "-", 0.3, (0.0, 3.0), absent=1.0, meaning="true torque per modelled torque"),)
+    factor: float
     needs = ("inertia", "rate", "reaction torque")
     needs_to_act = ("reaction torque",)
     source = "Leishman, Principles of Helicopter Aerodynamics, 2.4 (torque coefficient)"
@@ -128,6 +133,7 @@ class AxialInflow(Effect):
     name = "axial_inflow"
     place = "thrust"
     parameters = (Parameter("k", "N s^2/(m rad)", 2e-4, (0.0, 5e-3)),)
+    k: float
     needs = ("velocity", "rate", "rotor speed")
     needs_to_act = needs
     source = "Svacha et al. (2017); rotorpy; Leishman 3.3"
@@ -151,6 +157,7 @@ class GroundEffect(Effect):
     name = "ground_effect"
     place = "thrust"
     parameters = (Parameter("k", "-", 0.15, (0.0, 3.0)),)
+    k: float
     needs = ("height", "radius")
     needs_to_act = needs
     source = "Cheeseman and Bennett (1955)"
@@ -159,7 +166,7 @@ class GroundEffect(Effect):
     @classmethod
     def hidden(cls, vehicle: Vehicle, flight: Flight) -> str | None:
         lowest = float(np.nanmin(flight.get("pz")))
-        radius = max(r.radius for r in vehicle.rotors)
+        radius = max(r.radius or 0.0 for r in vehicle.rotors)
         if lowest > 20.0 * radius:
             return f"the flight stays {lowest:.2g} m above z = 0, {lowest / radius:.0f} rotor radii"
         return None
@@ -182,6 +189,8 @@ class BatterySag(Effect):
         Parameter("rate", "1/s", 0.003, (-0.02, 0.05), optional=True, meaning="share of the thrust lost a second"),
         Parameter("exponent", "-", 1.0, (-1.0, 6.0), optional=True, meaning="of voltage over nominal_voltage"),
     )
+    rate: float
+    exponent: float
     source = "DC motor at fixed duty cycle: speed in proportion to the voltage; T = k_F w^2"
 
     @classmethod
@@ -193,7 +202,7 @@ class BatterySag(Effect):
     def hidden(cls, vehicle: Vehicle, flight: Flight) -> str | None:
         if cls.form(vehicle, flight)[0].name == "exponent":
             volts = flight.get("battery")
-            if np.nanmax(volts) - np.nanmin(volts) < 1e-3 * vehicle.nominal_voltage:
+            if np.nanmax(volts) - np.nanmin(volts) < 1e-3 * (vehicle.nominal_voltage or 0.0):
                 return "the recorded voltage does not change"
         return None
 
@@ -212,8 +221,9 @@ class BatterySag(Effect):
         return super().missing(vehicle, flight)
 
     def thrust_factor(self, along: Along) -> Array:
-        if self.exponent:
-            ratio = np.maximum(along.motion.battery / along.vehicle.nominal_voltage, 1e-3)
+        battery, nominal = along.motion.battery, along.vehicle.nominal_voltage
+        if self.exponent and battery is not None and nominal is not None:  # see `check` and `missing`
+            ratio = np.maximum(battery / nominal, 1e-3)
             return (ratio**self.exponent)[:, None]
         return (1.0 - self.rate * along.time)[:, None]
 
@@ -229,6 +239,7 @@ class RotorInterference(Effect):
     name = "rotor_interference"
     place = "thrust"
     parameters = (Parameter("k", "-", 0.06, (0.0, 1.0)),)
+    k: float
     needs = ("tilts",)
     needs_to_act = needs
     source = "the catalogue; reported for tilted rotors by Bodie et al., omnidirectional aerial manipulation (2019)"
@@ -269,7 +280,7 @@ def mass_per_speed(vehicle: Vehicle) -> float:
 
 def hover_thrust(vehicle: Vehicle) -> float:
     """Thrust (N) of a rotor in hover: the weight by the vehicle file, shared evenly."""
-    return vehicle.mass * vehicle.gravity / len(vehicle.rotors)
+    return vehicle.known_mass() * vehicle.gravity / len(vehicle.rotors)
 
 
 def cancelling(vehicle: Vehicle, flight: Flight, what: str) -> str | None:

@@ -22,6 +22,7 @@ class ThrustExponent(Effect):
     name = "thrust_exponent"
     place = "thrust"
     parameters = (Parameter("n", "-", 0.2, (1.0, 3.0), absent=2.0, meaning="exponent of the speed; w^2 in the file"),)
+    n: float
     needs = ("rotors", "mass")
     needs_to_act = needs
     source = "Leishman, Principles of Helicopter Aerodynamics, 3.3"
