@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 import yaml
 
+from infotraj.comparing.equation_error import equation_error
 from infotraj.dynamics.actuators import body_wrench
 from infotraj.dynamics.response import actuator_values
 from infotraj.dynamics.rigid_body import accelerations
@@ -99,6 +100,20 @@ def test_a_center_of_mass_shows_in_the_specific_force_without_a_known_inertia(tm
     w = f.get("wx", "wy", "wz")
     dw = np.gradient(w, f.t, axis=0)
     np.testing.assert_allclose(difference, -np.cross(dw, r) - np.cross(w, np.cross(w, r)), atol=1e-9)
+
+
+def test_without_rates_a_center_of_mass_beside_the_origin_leaves_the_force_open():
+    vehicle = load_vehicle(QUADROTOR).model_copy(update={"center_of_mass": (0.01, 0.0, 0.0)})
+    f = flight(vehicle)
+    f = Flight(f.table.drop(columns=["qw", "qx", "qy", "qz", "wx", "wy", "wz"]))
+    prediction = Model(vehicle).predict(f)
+    assert np.isnan(prediction.specific_force).all()
+    assert {axis for axis, why in prediction.testable.items() if why and "rates" in why} == set(prediction.testable)
+    error = equation_error(Model(vehicle), f)
+    assert not error.scored.any()
+    assert "rates" in error.reasons["fz"]
+    centred = vehicle.model_copy(update={"center_of_mass": (0.0, 0.0, 0.0)})
+    assert np.isfinite(Model(centred).predict(f).specific_force).all()
 
 
 def test_velocity_and_rates_are_derived_from_the_pose_where_they_are_missing():

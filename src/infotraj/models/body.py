@@ -37,23 +37,28 @@ def _cross(a, b):
 
 def angular_acceleration(law: BodyLaw, force: Array, torque: Array, rate: Array) -> Array:
     """Angular acceleration (N, 3) rad/s^2, body axes, of force and torque (N, 3) about the origin."""
+    assert law.inertia is not None  # nobody asks where the vehicle file leaves it out; below the same of the mass
     moment = torque - cross(rate, rate @ law.inertia)
     if law.center_of_mass.any():
         moment = moment - cross(law.center_of_mass, force)
     return moment @ np.linalg.inv(law.inertia)
 
 
-def specific_force(law: BodyLaw, force: Array, rate: Array | None, angular: Array | None) -> Array:
-    """Specific force (N, 3) m/s^2 of the body's origin, body axes."""
+def specific_force(law: BodyLaw, force: Array, rate: Array | None, angular: Array) -> Array:
+    """Specific force (N, 3) m/s^2 of the body's origin, body axes; NaN where it hangs on a rate that is not known."""
+    assert law.mass is not None
     result = force / law.mass
     r = law.center_of_mass
     if r.any():
+        if rate is None:
+            return np.full_like(result, np.nan)
         result = result - cross(angular, r) - cross(rate, cross(rate, r))
     return result
 
 
 def response_to_force(law: BodyLaw, direction: Array) -> tuple[Array, Array]:
     """Specific force and angular acceleration, each (N, 3), that 1 N along `direction` (N, 3) at the origin makes."""
+    assert law.mass is not None
     r = law.center_of_mass
     if not r.any() or law.inertia is None:
         return direction / law.mass, np.zeros_like(direction)
@@ -74,4 +79,4 @@ def pulls(law: BodyLaw, loads: Sequence[Load], free: Array) -> Array:
         right[:, i, 0] = load.mass * (load.swing - np.einsum("ni,ni->n", load.direction, free))
         for j, response in enumerate(responses):
             system[:, i, j] = load.mass * np.einsum("ni,ni->n", load.direction, response) + (i == j)
-    return np.linalg.solve(system, right)[..., 0].T
+    return np.asarray(np.linalg.solve(system, right)[..., 0].T, dtype=float)

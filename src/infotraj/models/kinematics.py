@@ -6,6 +6,8 @@ methods", 2000): (w1 + w2) h / 2 + sqrt(3)/12 h^2 w1 x w2 with the rates at Gaus
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from infotraj import rotations
@@ -30,12 +32,17 @@ def kinematics(prepared: Prepared, imu: ImuLaw) -> Kinematics:
         reasons["push"] = "the flight has neither velocity nor position, or no attitude"
     elif r.specific_force is None or r.specific_force.derived:
         reasons["push"] = "the flight has no measured specific force"
-    turn = push = None, None
-    if "turn" not in reasons:
-        turn = prepared.kept.get("turn", None, lambda: _turn(r.t, r.attitude)), _turn_by_imu(r.t, prepared, imu)
-    if "push" not in reasons:
-        push = prepared.kept.get("push", None, lambda: _push(r.t, r.velocity)), _push_by_imu(r.t, prepared, imu)
-    return Kinematics(*turn, *push, reasons)
+    turn = turn_by_imu = push = push_by_imu = None
+    attitude, velocity = r.attitude, r.velocity
+    rate = None if "turn" in reasons else prepared.true_rate(imu)
+    force = None if "push" in reasons else prepared.true_specific_force(imu)
+    if attitude is not None and rate is not None:
+        turn = prepared.kept.get("turn", None, partial(_turn, r.t, attitude))
+        turn_by_imu = _turn_by_imu(r.t, rate)
+    if attitude is not None and velocity is not None and force is not None:
+        push = prepared.kept.get("push", None, partial(_push, r.t, velocity))
+        push_by_imu = _push_by_imu(r.t, force, attitude, prepared.vehicle.gravity)
+    return Kinematics(turn, turn_by_imu, push, push_by_imu, reasons)
 
 
 def _turn(t: Array, attitude: Samples) -> Array:
@@ -44,8 +51,8 @@ def _turn(t: Array, attitude: Samples) -> Array:
     return _padded(step / np.diff(t)[:, None])
 
 
-def _turn_by_imu(t: Array, prepared: Prepared, imu: ImuLaw) -> Array:
-    rate, step = prepared.true_rate(imu), np.diff(t)[:, None]
+def _turn_by_imu(t: Array, rate: Samples) -> Array:
+    step = np.diff(t)[:, None]
     first, second = (interpolate(rate.times, rate.values, x) for x in _gauss(t))
     return _padded(0.5 * (first + second) + np.sqrt(3.0) / 12 * step * cross(first, second))
 
@@ -55,13 +62,12 @@ def _push(t: Array, velocity: Samples) -> Array:
     return _padded(np.diff(v, axis=0) / np.diff(t)[:, None])
 
 
-def _push_by_imu(t: Array, prepared: Prepared, imu: ImuLaw) -> Array:
-    force, attitude = prepared.true_specific_force(imu), prepared.recorded.attitude
+def _push_by_imu(t: Array, force: Samples, attitude: Samples, gravity: float) -> Array:
     total = np.zeros((len(t) - 1, 3))
     for x in _gauss(t):
         q = rotations.normalize(interpolate(attitude.times, attitude.values, x))
         total += 0.5 * rotations.to_world(q, interpolate(force.times, force.values, x))
-    return _padded(total - [0.0, 0.0, prepared.vehicle.gravity])
+    return _padded(total - [0.0, 0.0, gravity])
 
 
 def _gauss(t: Array) -> tuple[Array, Array]:

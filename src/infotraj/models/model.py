@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Hashable, Iterable
+from functools import partial
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from infotraj.models.prepared import Prepared, Segment
 from infotraj.models.recorded import Samples
 from infotraj.models.rotor_wrench import forces_at_rotors
 from infotraj.models.sensor_lag import as_sensed
-from infotraj.rotations import Array
+from infotraj.rotations import Array, Mask
 from infotraj.vehicle import Vehicle
 
 _STALE = 10.0  # usual intervals without a command, after which it is no longer believed
@@ -70,10 +71,13 @@ class Model:
             for s in prepared.segments(imu, law.delay)
         ]
         rows = [np.concatenate([*(f[i][:-1] for f in found[:-1]), found[-1][i]]) for i in range(len(found[0]))]
-        turned = [x @ imu.rotation.T for x in as_sensed(prepared.recorded, rows, imu.lag)]
+        force, force_mean, turn, turn_mean = (x @ imu.rotation.T for x in as_sensed(prepared.recorded, rows, imu.lag))
         return Prediction(
             prepared.recorded.t,
-            *turned,
+            force,
+            force_mean,
+            turn,
+            turn_mean,
             prepared.kept.get("covered", (imu.delay, law.delay), lambda: self._covered(prepared, imu, law)),
             prepared.kept.get("testable", None, lambda: self.testable(prepared.flight)),
             prepared.kept.get("kinematics", imu_key, lambda: kinematics(prepared, imu)),
@@ -81,7 +85,9 @@ class Model:
 
     def testable(self, flight: Flight) -> dict[str, str | None]:
         """For each of fx fy fz tx ty tz None, or why nothing can be said about it."""
-        needs = {"f": ("mass", "specific force"), "t": ("inertia", "rate")}
+        # A centre of mass beside the origin moves with every turn.
+        turning = ("rate",) if any(self.vehicle.center_of_mass) else ()
+        needs = {"f": ("mass", "specific force", *turning), "t": ("inertia", "rate")}
         reasons = {}
         for axis in AXES:
             found = (missing_channel(n, self.vehicle, flight) for n in needs[axis[0]])
@@ -139,37 +145,36 @@ class Model:
         along = copy.copy(along)
         object.__setattr__(along, "thrust", thrust)
         for effect in self._with("wrench") + self._with("rotor_force"):
-            added = kept.get(
-                f"{effect.name} {segment.start}", (thrust_key, effect.key), lambda e=effect: _added(e, along)
-            )
+            added = kept.get(f"{effect.name} {segment.start}", (thrust_key, effect.key), partial(_added, effect, along))
             total = total + added
             if frame.drag_at_rotors.any() and overrides(effect, "rotor_force"):
                 total[:, 3:] += torque_at(frame.drag_at_rotors, added[:, :3])
         force, torque = total[:, :3], total[:, 3:]
         momenta = [e.rotor_momentum(along) for e in self._with("rotor_momentum")]
-        rate = along.motion.rate
+        inertia, rate = frame.inertia, along.motion.rate
         unknown = np.full_like(force, np.nan)
         momentum = sum((m[0] for m in momenta), np.zeros(3))
         if momenta and rate is not None:
             torque = torque - body.cross(rate, momentum)
-        knows_turn = frame.inertia is not None and rate is not None
-        angular = body.angular_acceleration(frame, force, torque, rate) if knows_turn else unknown
-        spin_up = None
-        if momenta and knows_turn:
-            slope = sum(m[1] for m in momenta)
-            spin_up = self._spin_up(line, momentum, slope, frame, imu.lag)
-        if not knows_turn and frame.center_of_mass.any():
+        angular = unknown
+        spin_up = slope = None
+        if inertia is not None and rate is not None:
+            angular = body.angular_acceleration(frame, force, torque, rate)
+            if momenta:
+                slope = sum((m[1] for m in momenta), np.zeros(3))
+                spin_up = self._spin_up(line, momentum, slope, inertia, imu.lag)
+        elif rate is not None and frame.center_of_mass.any():
             angular = prepared.angular_acceleration(line.time, imu)
         f = body.specific_force(frame, force, rate, angular) if frame.mass is not None else unknown
         loads = [e.load(along) for e in self._with("load")]
         if loads and frame.mass is not None:
             free = f
-            if spin_up is not None and frame.center_of_mass.any():
-                free = f - body.cross(-slope @ np.linalg.inv(frame.inertia), frame.center_of_mass)
+            if slope is not None and inertia is not None and frame.center_of_mass.any():
+                free = f - body.cross(-slope @ np.linalg.inv(inertia), frame.center_of_mass)
             for load, pull in zip(loads, body.pulls(frame, loads, free), strict=True):
                 df, dw = body.response_to_force(frame, load.direction)
                 f, angular = f + pull[:, None] * df, angular + pull[:, None] * dw
-        if not knows_turn:
+        if inertia is None or rate is None:
             angular = unknown
         result = [line.at_rows(f), line.means(f), line.at_rows(angular), line.means(angular)]
         if imu.lag > 0.0:
@@ -193,12 +198,12 @@ class Model:
             ratio = ratio * effect.reaction_factor(along)
         return thrust, prepared.wrench(thrust, ratio, along.actuation)
 
-    def _spin_up(self, line, momentum: Array, slope: Array, frame: BodyLaw, lag: float) -> tuple[Array, ...]:
+    def _spin_up(self, line, momentum: Array, slope: Array, inertia: Array, lag: float) -> tuple[Array, ...]:
         """Angular acceleration by -dH/dt at the rows, and its mean over each step: the change of H, exactly.
 
         Where the sensors are filtered, also what the filter takes up of it: what the nodes miss is spread evenly.
         """
-        inverse = np.linalg.inv(frame.inertia)
+        inverse = np.linalg.inv(inertia)
         at_rows = line.at_rows(momentum)
         time = line.time[line.row]
         mean = np.full_like(at_rows, np.nan)
@@ -223,7 +228,7 @@ class Model:
                     )
                 )
 
-    def _covered(self, prepared: Prepared, imu: ImuLaw, law: ActuatorLaw) -> Array:
+    def _covered(self, prepared: Prepared, imu: ImuLaw, law: ActuatorLaw) -> Mask:
         r = prepared.recorded
         t = r.t - imu.delay
         good = np.ones(len(t), dtype=bool)
@@ -235,13 +240,13 @@ class Model:
             latest = np.clip(np.searchsorted(samples.times, t - law.delay, side="right") - 1, 0, None)
             age = t - law.delay - samples.times[latest]
             good &= age <= max(_STALE * usual, _STALE_AT_LEAST)
-        for samples in (r.attitude, r.velocity, r.rate):
-            if samples is not None:
-                good &= _between_samples(t, samples)
+        for moved in (r.attitude, r.velocity, r.rate):
+            if moved is not None:
+                good &= _between_samples(t, moved)
         return good
 
 
-def _between_samples(t: Array, samples: Samples) -> Array:
+def _between_samples(t: Array, samples: Samples) -> Mask:
     """Where t (n,) lies between two samples that are not too far apart, (n,) bool."""
     if len(samples.times) < 2:
         return np.ones(len(t), dtype=bool)

@@ -90,7 +90,8 @@ class Prepared:
             pose = self.kept_of_segments.get(f"pose {segment.start}", instants, lambda: self._pose(time))
             rate = self.true_rate(imu)
             attitude, height, velocity, battery = pose
-            motion = Motion(time - self.start, attitude, height, velocity, _at(rate, time), battery)
+            turning = None if rate is None else _at(rate, time)
+            motion = Motion(time - self.start, attitude, height, velocity, turning, battery)
             actuators = self._actuators(segment, imu, law)
             of_flight = lambda key, fn: self._of_flight(key, imu, imu_key, fn)  # noqa: E731
             return Along(self.vehicle, motion, actuators, of_flight, air=air)
@@ -135,11 +136,10 @@ class Prepared:
             return samples.values
         return samples.values + imu.lag * self.kept.get(f"slope of {name}", None, lambda: slope(samples))
 
-    def angular_acceleration(self, time: Array, imu: ImuLaw) -> Array | None:
-        """Recorded angular acceleration (N, 3), rad/s^2, by central differences of the rates."""
+    def angular_acceleration(self, time: Array, imu: ImuLaw) -> Array:
+        """Recorded angular acceleration (N, 3), rad/s^2, by central differences of the rates, which the flight has."""
         rate = self.true_rate(imu)
-        if rate is None:
-            return None
+        assert rate is not None
         return interpolate(rate.times, slopes(rate), time)
 
     def origin_path(self, imu: ImuLaw) -> OriginPath | None:
@@ -147,9 +147,12 @@ class Prepared:
         return origin_path(self.vehicle, self.recorded, self.true_specific_force(imu), self.start)
 
     def _of_flight(self, key: Hashable, imu: ImuLaw, imu_key: Hashable, make: Callable[[OriginPath], T]) -> T:
-        return self.kept.get(
-            "of flight", (key, imu_key), lambda: make(self.kept.get("path", imu_key, lambda: self.origin_path(imu)))
-        )
+        def made() -> T:
+            path = self.kept.get("path", imu_key, lambda: self.origin_path(imu))
+            assert path is not None  # an effect that asks for it needs the channels that it is made of
+            return make(path)
+
+        return self.kept.get("of flight", (key, imu_key), made)
 
     def _segments(self, imu: ImuLaw, command_delay: float) -> list[Segment]:
         t = self.recorded.t - imu.delay
@@ -185,9 +188,7 @@ class Prepared:
         )
 
 
-def _at(samples: Samples | None, time: Array) -> Array | None:
-    if samples is None:
-        return None
+def _at(samples: Samples, time: Array) -> Array:
     # Only the samples around these instants are looked at: a long flight costs no more a row than a short one.
     first, last = np.searchsorted(samples.times, [time[0], time[-1]])
     near = slice(max(first - _BESIDE, 0), last + _BESIDE)

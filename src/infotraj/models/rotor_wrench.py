@@ -27,8 +27,10 @@ class RotorWrench:
         of_rotor = np.array([-1 if r.tilt is None else r.tilt for r in vehicle.rotors])
         self._tilting = np.flatnonzero(of_rotor >= 0)
         self._tilt = of_rotor[self._tilting]
-        by_thrust = [self._parts(vehicle, r.tilt, [r.axis, np.cross(r.position, r.axis)]) for r in vehicle.rotors]
-        by_torque = [self._parts(vehicle, r.tilt, [np.zeros(3), r.axis]) for r in vehicle.rotors]
+        by_thrust = [
+            self._parts(vehicle, r.tilt, [np.array(r.axis), np.cross(r.position, r.axis)]) for r in vehicle.rotors
+        ]
+        by_torque = [self._parts(vehicle, r.tilt, [np.zeros(3), np.array(r.axis)]) for r in vehicle.rotors]
         self._by_thrust, self._by_torque = self._arranged(by_thrust), self._arranged(by_torque)
 
     def __call__(self, thrust: Array, torque_ratio: Array, actuation: Actuation) -> Array:
