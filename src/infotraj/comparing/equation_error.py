@@ -160,8 +160,8 @@ def _force(
         window = Window.over(t[rows], seconds)
         error = measured[rows] - predicted[rows]
         gain = _rms(window.mean_gain())
-        out = [_spread(window.mean(x[rows]), rows, len(t)) for x in (measured, predicted)]
-        return _Side(*out, white_noise(t[rows], error) * gain, colour(t[rows], error, max(1, window.half // 3)))
+        seen, wanted = (_spread(window.mean(x[rows]), rows, len(t)) for x in (measured, predicted))
+        return _Side(seen, wanted, white_noise(t[rows], error) * gain, colour(t[rows], error, max(1, window.half // 3)))
     if source == "none":
         return None
     known = np.isfinite(flight.get(*ATTITUDE)).all(axis=1)
@@ -182,7 +182,7 @@ def _force(
 
 def _by_slope(t: Array, x: Array, mean: Array, keep: NDArray, seconds: float) -> _Side | None:
     """Slope of x (n, 3) and of the integral of `mean` (n, 3), row k from t[k] to t[k+1], at the same samples."""
-    whole = np.isfinite(mean).all(axis=1)
+    whole = np.all(np.isfinite(mean), axis=1)
     whole[-1] = True  # there is no step after the last row
     # A step without a prediction parts the integral: rows are dropped until no window reaches over it.
     whole = np.lib.stride_tricks.sliding_window_view(np.pad(whole, (4, 0), constant_values=True), 5).all(axis=1)
@@ -192,10 +192,10 @@ def _by_slope(t: Array, x: Array, mean: Array, keep: NDArray, seconds: float) ->
     step = np.diff(t)[:, None] * np.nan_to_num(mean[:-1])
     integral = np.concatenate([np.zeros((1, 3)), np.cumsum(step, axis=0)])
     window = Window.over(t[rows], seconds)
-    out = [_spread(window.slope(values[rows]), rows, len(t)) for values in (x, integral)]
+    seen, wanted = (_spread(window.slope(values[rows]), rows, len(t)) for values in (x, integral))
     error = x[rows] - integral[rows]
     noise = white_noise(t[rows], error)
-    return _Side(*out, noise * _rms(window.slope_gain()), colour(t[rows], error, max(1, window.half // 3)))
+    return _Side(seen, wanted, noise * _rms(window.slope_gain()), colour(t[rows], error, max(1, window.half // 3)))
 
 
 def _scored_rows(

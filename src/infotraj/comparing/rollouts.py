@@ -38,7 +38,7 @@ class Horizon:
 
     label: str
     steps: int | None = None
-    seconds: float | None = None
+    seconds: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ def rollouts(
     t = flight.t
     states = _states(model, prepared)
     ok = _usable(flight, model, start, stop)
-    ends = _ends(t, ok, np.isfinite(states).all(axis=1), horizons)
+    ends = _ends(t, ok, np.all(np.isfinite(states), axis=1), horizons)
     starts = np.flatnonzero((ends >= 0).any(axis=1))
     errors = np.full((len(starts), len(horizons), 4), np.nan)
     if len(starts):
@@ -148,7 +148,13 @@ def _states(model: Model, prepared: Prepared) -> Array:
     """
     r, imu = prepared.recorded, model.imu_law()
     out = np.full((len(r.t), 13), np.nan)
-    rate = r.rate.values if r.rate.derived else prepared.true_rate(imu).values
+    true_rate = prepared.true_rate(imu)
+    assert r.position is not None  # this and the others: see `_cannot`
+    assert r.velocity is not None
+    assert r.attitude is not None
+    assert r.rate is not None
+    assert true_rate is not None
+    rate = r.rate.values if r.rate.derived else true_rate.values
     slowest = min((r.position, r.velocity, r.attitude, r.rate), key=lambda samples: len(samples.times)).times
     for columns, samples, values in (
         (slice(0, 3), r.position, r.position.values),
@@ -172,8 +178,7 @@ def _states(model: Model, prepared: Prepared) -> Array:
 def _usable(flight: Flight, model: Model, start: float | None, stop: float | None) -> NDArray[np.bool_]:
     t = flight.t
     inside = (t >= (start if start is not None else -np.inf)) & (t < (stop if stop is not None else np.inf))
-    covered = model.predict_covers(flight) if hasattr(model, "predict_covers") else np.ones(len(t), dtype=bool)
-    return inside & covered & (t >= t[0] + SETTLING) & airborne_rows(flight, model.vehicle).rows
+    return inside & (t >= t[0] + SETTLING) & airborne_rows(flight, model.vehicle).rows
 
 
 def _ends(t: Array, ok: NDArray, known: NDArray, horizons: Sequence[Horizon]) -> NDArray:

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from infotraj import rotations
 from infotraj.effects.along import Actuation, Along, Motion
@@ -116,10 +117,10 @@ class LinearForm:
 
     fixed: Array
     parts: Array
-    active: Array
+    active: NDArray[np.intp]
 
 
-def active_features(model: Model, inputs: Instants) -> Array | None:
+def active_features(model: Model, inputs: Instants) -> NDArray[np.intp] | None:
     """Which features (a,) the wrench is linear in along these instants; None where it is not linear in them."""
     rng = np.random.default_rng(_SEED)
     some = np.unique(np.linspace(0, len(inputs.time) - 1, _PROBED).round().astype(int))
@@ -128,7 +129,7 @@ def active_features(model: Model, inputs: Instants) -> Array | None:
     probes = [wrench(model, few, *s) for s in states]
     largest = max(float(np.abs(p).max()) for p in probes)
     if max(float(np.abs(p - probes[0]).max()) for p in probes) <= _ROUNDING * largest:
-        return np.zeros(0, dtype=int)
+        return np.zeros(0, dtype=np.intp)
     design = np.stack([np.column_stack([np.ones(len(some)), features(*s[1:])]) for s in states], axis=1)
     right = np.stack(probes, axis=1)
     # The attitude's entries are not independent of 1 for one state, but they are over many; solved instant by instant.
@@ -140,7 +141,7 @@ def active_features(model: Model, inputs: Instants) -> Array | None:
     return np.flatnonzero(size > 1e-7 * largest)
 
 
-def linear_form(model: Model, inputs: Instants, active: Array) -> LinearForm:
+def linear_form(model: Model, inputs: Instants, active: NDArray[np.intp]) -> LinearForm:
     """The linear form at all instants, from as many probes as it has parts."""
     rng = np.random.default_rng(_SEED + 1)
     count = len(inputs.time)
