@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -74,7 +75,12 @@ def locate_command(
 
     files.require_order(reading.start, reading.stop)
     loaded = load_model(model)
-    how = {"window": window or WINDOW, "force_from": force_from, "start": reading.start, "stop": reading.stop}
+    how: dict[str, Any] = {
+        "window": window or WINDOW,
+        "force_from": force_from,
+        "start": reading.start,
+        "stop": reading.stop,
+    }
 
     def use(flight):
         error = equation_error(loaded, flight, **how)

@@ -83,7 +83,7 @@ def _of_axis(axis: str, series: list[tuple[float, Array, Array]], window: float)
         if abs(dt - step) > 0.01 * step:
             continue
         slope = slope - slope.mean()
-        power, change, total = power + r @ r, change + slope @ slope, total + len(r)
+        power, change, total = power + float(r @ r), change + float(slope @ slope), total + len(r)
         auto += _correlated(r, r, most)
         cross += _correlated(r, slope, most)
         for k in range(0, len(r), max(1, round(BLOCK / dt))):
@@ -99,7 +99,7 @@ def _of_axis(axis: str, series: list[tuple[float, Array, Array]], window: float)
     share = gain**2 * change / power if power > 0 else 0.0
     # A measurement that lags by d is y(t - d) = y - d y': the residual is minus d times the slope.
     return Lags(
-        axis, step * np.arange(-most, most + 1), auto, cross, _SURE / np.sqrt(independent), window,
+        axis, step * np.arange(-most, most + 1, dtype=float), auto, cross, _SURE / np.sqrt(independent), window,
         float(-gain), float(scatter), float(share),
     )  # fmt: skip
 

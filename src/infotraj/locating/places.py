@@ -126,6 +126,7 @@ def find_places(
             found_any = True
         if not found_any:
             break
+    assert search is not None  # of the first round
     places.sort(key=lambda p: -p.gain)
     pairs = _pairs(samples, residual, drawn, alpha, least_excess, blocks, rng, places) if places else []
     return Found(samples, places, search, memory, pairs)
@@ -223,13 +224,13 @@ def _pairs(
         if at is None or not at.low > 1.0 or at.samples * (at.inside**2 - at.outside**2) < least_excess * floor**2:
             continue
         i, j = both[k]
-        spans = tuple((float(q.values[rows].min()), float(q.values[rows].max())) for q in (chosen[i], chosen[j]))
+        first, second = ((float(q.values[rows].min()), float(q.values[rows].max())) for q in (chosen[i], chosen[j]))
         found.append(
             Place(
                 axis, samples.unit, chosen[i], chosen[j], float(p[a, k]), float(gain[0, a, k]),
                 float(1.0 - at.outside**2 / max(at.inside, 1e-300) ** 2),
                 float(at.samples * (at.inside**2 - at.outside**2) / floor**2), float(floor), at,
-                (np.zeros(0), np.zeros(0)), (), float(np.sqrt(np.mean(residual[:, a] ** 2))), spans,
+                (np.zeros(0), np.zeros(0)), (), float(np.sqrt(np.mean(residual[:, a] ** 2))), (first, second),
                 float(samples.residual[:, a].mean()),
             )
         )  # fmt: skip

@@ -19,7 +19,7 @@ from infotraj.flight import ATTITUDE, COMMANDED_WRENCH, POSITION, RATE, VELOCITY
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
-AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
+AXES: tuple[str, ...] = ("fx", "fy", "fz", "tx", "ty", "tz")
 WORDS = {"x": "forward", "y": "sideways", "z": "upward"}
 
 
@@ -46,9 +46,10 @@ def quantities(flight: Flight, vehicle: Vehicle, seconds: float) -> list[Quantit
     found = [Quantity("time", "time", "s", t - t[0])]
     attitude = held(flight, ATTITUDE)
     found += _of_motion(flight, attitude)
-    if flight.has("battery"):
+    battery = held(flight, ("battery",))
+    if battery is not None:
         # A voltage spikes and steps by its resolution; half a second of median leaves its level.
-        found.append(Quantity("battery voltage", "battery", "V", _median(held(flight, ("battery",))[:, 0], t)))
+        found.append(Quantity("battery voltage", "battery", "V", _median(battery[:, 0], t)))
     found += _of_actuators(flight, vehicle)
     window = Window.over(t, seconds)
     return [_smoothed(q, window) for q in found]
@@ -73,7 +74,7 @@ def held(flight: Flight, columns: Iterable[str]) -> Array | None:
     if not flight.has(*columns):
         return None
     values = flight.get(*columns)
-    good = np.isfinite(values).all(axis=1)
+    good = np.all(np.isfinite(values), axis=1)
     if not good.any():
         return None
     last = np.maximum.accumulate(np.where(good, np.arange(len(good)), -1))
@@ -154,7 +155,7 @@ def actuator_commands(flight: Flight, vehicle: Vehicle) -> tuple[Array, Array] |
         return None if wrench is None else (wrench, np.zeros((len(flight.t), 0)))
     found = []
     for kind, count in (("rotor", len(vehicle.rotors)), ("tilt", len(vehicle.tilts))):
-        values = np.zeros((len(flight.t), 0))
+        values: Array | None = np.zeros((len(flight.t), 0))
         if count:
             both = (held(flight, [f"{prefix}{kind}_{i}" for i in range(count)]) for prefix in ("cmd_", ""))
             values = next((v for v in both if v is not None), None)

@@ -44,7 +44,8 @@ def samples(flights: Sequence[Flight], vehicle: Vehicle, errors: Sequence[Equati
     known = [quantities(f, vehicle, e.window) for f, e in zip(flights, errors, strict=True)]
     shared = _shared(known)
     found = []
-    for kind, columns in (("force", slice(0, 3)), ("torque", slice(3, 6))):
+    for kind, first in (("force", 0), ("torque", 3)):
+        columns = slice(first, first + 3)
         rows = [np.flatnonzero(e.scored[:, columns].all(axis=1)) for e in errors]
         if not any(len(r) for r in rows):
             continue
@@ -60,7 +61,7 @@ def samples(flights: Sequence[Flight], vehicle: Vehicle, errors: Sequence[Equati
         steps = np.concatenate([np.diff(t) for t in spans if len(t) > 1])
         found.append(
             Samples(
-                AXES[columns],
+                AXES[first : first + 3],
                 residual,
                 floor,
                 errors[0].unit[kind],

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from infotraj.rotations import Array
 
@@ -67,12 +68,12 @@ class Draws:
     flight (n,): the flight of each row, rows of one flight together. The first draw is the data themselves.
     """
 
-    order: Array
-    dealt: Array
-    flight: Array
+    order: NDArray[np.int_]
+    dealt: NDArray[np.int_]
+    flight: NDArray[np.int_]
 
     @classmethod
-    def of(cls, flights: Array, block: float, count: int, rng: np.random.Generator) -> Draws:
+    def of(cls, flights: NDArray[np.int_], block: float, count: int, rng: np.random.Generator) -> Draws:
         """The data, then `count` draws in which blocks of about `block` rows have been moved about."""
         n, known = len(flights), int(flights.max()) + 1
         order = np.concatenate([np.arange(n)[None], shuffled(flights, block, count, rng)])
@@ -81,7 +82,7 @@ class Draws:
         return cls(order, np.stack([np.arange(known), *dealt]), flights.astype(np.int64))
 
     @classmethod
-    def data(cls, flights: Array) -> Draws:
+    def data(cls, flights: NDArray[np.int_]) -> Draws:
         """The data alone."""
         known = int(flights.max()) + 1
         return cls(np.arange(len(flights))[None], np.arange(known)[None], flights.astype(np.int64))
@@ -94,7 +95,7 @@ class Draws:
         return residual - means[self.flight], means
 
 
-def _dealt(flights: Array, known: int, rng: np.random.Generator) -> Array:
+def _dealt(flights: NDArray[np.int_], known: int, rng: np.random.Generator) -> NDArray[np.int_]:
     """Flights with rows, in random order; those without keep their place."""
     there = np.unique(flights)
     out = np.arange(known)
@@ -149,7 +150,7 @@ def cells_of(first: Array, second: Array) -> tuple[Array, int]:
     return (parts[0] * CELLS + parts[1]).astype(np.int64), CELLS * CELLS
 
 
-def shuffled(flights: Array, block: float, count: int, rng: np.random.Generator) -> Array:
+def shuffled(flights: NDArray[np.int_], block: float, count: int, rng: np.random.Generator) -> NDArray[np.int64]:
     """Orders (count, n) of rows: blocks of random length, `block` rows in the mean, moved about inside each flight.
 
     flights (n,): the flight of each row, rows of one flight together. Row i of the shuffled residual is row order[i].

@@ -87,6 +87,7 @@ def where(place: Place) -> str:
             for q, (low, high) in zip((place.quantity, place.other), place.cell, strict=True)
         ]
         return " and ".join(spans)
+    assert place.region is not None  # a place is a region, or a cell of two quantities
     return condition(place.quantity, place.region)
 
 

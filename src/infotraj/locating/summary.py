@@ -110,8 +110,8 @@ def as_text(located: Located, *, verbose: bool = False, healthy: Beside | None =
             )
     if located.windows:
         lines.append("in time, beside each flight's own mean:")
-        shown = located.windows if verbose else located.windows[:3]
-        lines += [f"  {sentences.window_sentence(w, Path(located.paths[w.flight]).name)}" for w in shown]
+        windows = located.windows if verbose else located.windows[:3]
+        lines += [f"  {sentences.window_sentence(w, Path(located.paths[w.flight]).name)}" for w in windows]
     # A place that says more of an axis than a shift in time would is not a delay.
     said = {axis: max((p.explained for p in located.places if p.axis == axis), default=0.0) for axis in AXES}
     late = [k for k in located.lags if k.late and k.share > said[k.axis]]
@@ -168,7 +168,7 @@ def _place(p: Place) -> dict[str, Any]:
         "floor": p.floor,
         "hardly_told_from": list(p.alike),
     }
-    if p.other is not None:
+    if p.other is not None and p.cell is not None:
         result["other"] = p.other.name
         result["cell"] = [list(span) for span in p.cell]
     if at is not None:

@@ -87,7 +87,8 @@ def _leaf_count(inputs: Array, target: Array, blocks: Array) -> int:
 
 
 def _paths(tree, names) -> list[tuple[int, list[tuple[str, str, str, float]]]]:
-    found, waiting = [], [(0, [])]
+    found = []
+    waiting: list[tuple[int, list[tuple[str, str, str, float]]]] = [(0, [])]
     while waiting:
         node, conditions = waiting.pop()
         if tree.children_left[node] < 0:
