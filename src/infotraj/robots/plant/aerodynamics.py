@@ -71,9 +71,10 @@ def rotor_table(vehicle: Vehicle, truth: Truth) -> np.ndarray:
         row = table[i]
         row["position"], row["axis"] = rotor.position, rotor.axis
         loss = truth.air.coaxial_loss if rotor.coaxial == "lower" else 0.0
-        row["thrust_coefficient"] = rotor.thrust_coefficient * truth.rotors.thrust_factor[i] * (1.0 - loss)
+        row["thrust_coefficient"] = rotor.known_thrust_coefficient() * truth.rotors.thrust_factor[i] * (1.0 - loss)
         row["spin"], row["exponent"] = rotor.spin, truth.rotors.thrust_exponent
-        row["hover"] = np.sqrt(vehicle.mass * vehicle.gravity / len(vehicle.rotors) / rotor.thrust_coefficient)
+        share = vehicle.known_mass() * vehicle.gravity / len(vehicle.rotors)
+        row["hover"] = np.sqrt(share / rotor.known_thrust_coefficient())
         row["moment"] = -rotor.spin * rotor.moment_constant * truth.rotors.moment_factor[i]
         row["max_speed"] = rotor.max_speed or np.inf
         row["rise"], row["fall"] = truth.rotors.rise_time_constant, truth.rotors.fall_time_constant

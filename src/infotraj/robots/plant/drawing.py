@@ -42,7 +42,8 @@ def drawn(vehicle: Vehicle, name: str, rng: np.random.Generator) -> dict[str, An
     content = {
         "name": name,
         "vehicle": vehicle.name,
-        "mass": vehicle.mass * (1.0 + 0.005 * rng.standard_normal()),  # it was weighed, the battery changes (assumed)
+        "mass": vehicle.known_mass()
+        * (1.0 + 0.005 * rng.standard_normal()),  # it was weighed, the battery changes (assumed)
         # 5 to 8 mm beside the axis (lower end of [E]: more would pass the level residual of [S]), +-8 mm along it
         "center_of_mass": [radius * np.cos(azimuth), radius * np.sin(azimuth), rng.uniform(-0.008, 0.008)],
         "inertia": dict(zip(("xx", "yy", "zz"), inertia, strict=True)),

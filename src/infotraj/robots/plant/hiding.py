@@ -6,7 +6,7 @@ catalogue, of which the catalogue has a nearest name; `UNLISTED` what it has no 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -31,7 +31,7 @@ Values = Mapping[str, Any]
 Hide = Callable[[Truth, Vehicle, Values], Truth]
 
 
-def hide(vehicle: Vehicle, effects: list[tuple[str, Values]], name: str = "hidden") -> Truth:
+def hide(vehicle: Vehicle, effects: Sequence[tuple[str, Values]], name: str = "hidden") -> Truth:
     """The vehicle's ideal plant with these effects in it. InputError for a name that no plant can carry."""
     truth = exact(Truth.ideal(vehicle)).model_copy(update={"name": name})
     for effect, values in effects:
@@ -51,6 +51,7 @@ def exact(truth: Truth) -> Truth:
     if truth.servos is None:
         return truth
     lag = truth.servos.dynamics
+    assert isinstance(lag, Lag)  # as an ideal plant's is
     return _with(
         truth, "servos",
         dynamics=lag.model_copy(update={"time_constant": lag.time_constant + 0.5e-3, "fast_time_constant": 1e-4}),
@@ -70,7 +71,7 @@ def clutter(truth: Truth, vehicle: Vehicle, sizes: Values, rng: np.random.Genera
     turned = 1.0 + sizes["inertia"] * rng.choice([-1.0, 1.0], 3)
     off = rng.standard_normal(3)
     place = np.array(truth.center_of_mass) + sizes["center_of_mass"] * off / np.linalg.norm(off)
-    weight = vehicle.mass * vehicle.gravity
+    weight = vehicle.known_mass() * vehicle.gravity
     reach = float(np.mean([np.linalg.norm(r.position) for r in vehicle.rotors]))
     air = Turbulence(
         force=sizes["force"] * weight,
@@ -156,7 +157,7 @@ def _rotor_lag(truth: Truth, vehicle: Vehicle, values: Values) -> Truth:
 
 
 def _servo_lag(truth: Truth, vehicle: Vehicle, values: Values) -> Truth:
-    servo = truth.servos.dynamics
+    servo = truth.tilting()[0].dynamics
     if not isinstance(servo, Lag):
         raise InputError(problem("servo_lag beside second-order servos", "one of them", "Drop one."))
     return _with(
@@ -180,9 +181,9 @@ def pack(vehicle: Vehicle, **values: Any) -> Pack:
     if vehicle.nominal_voltage is None:
         raise InputError(problem(f"{vehicle.name}: no nominal_voltage", "`nominal_voltage` in V", "Add it."))
     volts = vehicle.nominal_voltage
-    power = 180.0 * vehicle.mass  # W in hover: 180 W/kg, usual for rotors of this loading
-    k = [r.thrust_coefficient for r in vehicle.rotors]
-    hover = np.sqrt(vehicle.mass * vehicle.gravity / np.sum(k))
+    power = 180.0 * vehicle.known_mass()  # W in hover: 180 W/kg, usual for rotors of this loading
+    k = [r.known_thrust_coefficient() for r in vehicle.rotors]
+    hover = np.sqrt(vehicle.known_mass() * vehicle.gravity / np.sum(k))
     current = power / volts
     known = {
         "nominal": volts,

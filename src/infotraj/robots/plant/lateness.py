@@ -22,7 +22,8 @@ class LateCommands:
     """Commands that act `steps` time steps after they were given."""
 
     def __init__(self, steps: int) -> None:
-        self._steps, self._waiting = steps, deque()
+        self._steps = steps
+        self._waiting: deque[tuple[int, Array, Array]] = deque()
 
     def give(self, step: int, rotor: Array, tilt: Array) -> None:
         """A command of the time step `step`."""

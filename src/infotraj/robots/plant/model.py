@@ -181,44 +181,46 @@ def model_xml(vehicle: Vehicle, truth: Truth, timestep: float) -> str:
 
 def servo_gains(truth: Truth) -> tuple[float, float, float]:
     """Stiffness kp (N m/rad), damping kv (N m s/rad) and force limit F (N m) of a tilt's servo."""
-    servo = truth.servos.dynamics
+    servos, _ = truth.tilting()
+    servo = servos.dynamics
     if isinstance(servo, Lag):
         kv = SERVO_INERTIA / min(servo.fast_time_constant, 0.25 * servo.time_constant)
         kp = kv / servo.time_constant
     else:
         kp = SERVO_INERTIA * servo.natural_frequency**2
         kv = 2.0 * servo.damping_ratio * servo.natural_frequency * SERVO_INERTIA
-    return kp, kv, kv * truth.servos.max_rate
+    return kp, kv, kv * servos.max_rate
 
 
 def has_horn(truth: Truth, i: int) -> bool:
     """Whether servo i has a hinge of its own: there is play between it and the arm."""
-    return truth.servos.play[i] > 0 or truth.hidden.backlash > 0
+    return truth.tilting()[0].play[i] > 0 or truth.hidden.backlash > 0
 
 
 def _arm(base: ET.Element, root: ET.Element, tendons: ET.Element, vehicle: Vehicle, truth: Truth, i: int) -> ET.Element:
     axis = vehicle.tilts[i].axis
     _, kv, _ = servo_gains(truth)
-    armature, damping = SERVO_INERTIA - truth.arm.inertia[0], kv - truth.arm.bearing_damping
+    servos, of_arm = truth.tilting()
+    armature, damping = SERVO_INERTIA - of_arm.inertia[0], kv - of_arm.bearing_damping
     if armature <= 0 or damping <= 0:
         raise InputError(
             problem(
-                f"{truth.name}: arm inertia {truth.arm.inertia[0]} kg m^2 or bearing damping "
-                f"{truth.arm.bearing_damping} N m s/rad is more than its servo moves",
+                f"{truth.name}: arm inertia {of_arm.inertia[0]} kg m^2 or bearing damping "
+                f"{of_arm.bearing_damping} N m s/rad is more than its servo moves",
                 f"below {SERVO_INERTIA} kg m^2 and {kv:.3g} N m s/rad",
                 "Make the arm lighter.",
             )
         )
-    arm = ET.SubElement(root, "body", name=f"arm_{i}", quat=_text(*exp(truth.servos.zero_error[i] * np.asarray(axis))))
+    arm = ET.SubElement(root, "body", name=f"arm_{i}", quat=_text(*exp(servos.zero_error[i] * np.asarray(axis))))
     joint = ET.SubElement(arm, "joint", name=f"arm_{i}", type="hinge", axis=_text(*axis))
     mass, center, inertia = _arm_inertia(vehicle, truth, i)
     _inertial(arm, mass, center, inertia)
-    play = truth.servos.play[i]
+    play = servos.play[i]
     if not has_horn(truth, i):
         joint.set("armature", _text(armature))
         joint.set("damping", _text(kv))
         return arm
-    joint.set("damping", _text(truth.arm.bearing_damping))
+    joint.set("damping", _text(of_arm.bearing_damping))
     if truth.hidden.backlash:
         joint.set("armature", _text(HELD))
     horn = ET.SubElement(base, "body", name=f"servo_{i}")
@@ -243,7 +245,7 @@ def _servo(actuators: ET.Element, truth: Truth, i: int, timestep: float) -> None
     servo = ET.SubElement(
         actuators, "position", name=f"servo_{i}", joint=joint, kp=_text(kp), forcerange=_text(-limit, limit)
     )
-    dead_time = getattr(truth.servos.dynamics, "dead_time", 0.0)
+    dead_time = getattr(truth.tilting()[0].dynamics, "dead_time", 0.0)
     if dead_time > 0:
         servo.set("delay", _text(dead_time))
         servo.set("nsample", str(math.ceil(dead_time / timestep - 1e-9)))
@@ -258,7 +260,8 @@ def _arm_inertia(vehicle: Vehicle, truth: Truth, i: int) -> tuple[float, Array, 
     thrust = thrust - np.dot(thrust, axis) * axis
     thrust /= np.linalg.norm(thrust)
     axes = np.column_stack([axis, np.cross(thrust, axis), thrust])
-    return truth.arm.mass, along * axis, axes @ np.diag(truth.arm.inertia) @ axes.T
+    arm = truth.tilting()[1]
+    return arm.mass, along * axis, axes @ np.diag(arm.inertia) @ axes.T
 
 
 def _base_inertia(vehicle: Vehicle, truth: Truth) -> tuple[float, Array, Array]:

@@ -186,9 +186,9 @@ class Plant:
             imu[k, :3] = sample[:3] + gyro_noise[k]
             imu[k, 3:] = sample[3:] + force_noise[k]
             if k % ROWS_PER_COMMAND == 0:
-                sample = k // ROWS_PER_COMMAND
-                pose[k, :3] = bodies.position + place_noise[sample]
-                turned(bodies.attitude, turn_noise[sample], pose[k, 3:])
+                at = k // ROWS_PER_COMMAND
+                pose[k, :3] = bodies.position + place_noise[at]
+                turned(bodies.attitude, turn_noise[at], pose[k, 3:])
             if k == 0:
                 estimator.start(pose[0, :3], pose[0, 3:])
             estimator.integrate(imu[k, :3], imu[k, 3:])

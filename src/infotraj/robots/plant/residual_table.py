@@ -76,7 +76,7 @@ def held_hovers(plant: StaticPlant) -> Residual:
     command = np.empty((len(TILTS), len(AZIMUTHS), 6))
     torque = np.empty((len(TILTS), len(AZIMUTHS), 3))
     deficit = np.empty((len(TILTS), len(AZIMUTHS)))
-    weight = plant.vehicle.mass * plant.vehicle.gravity
+    weight = plant.vehicle.known_mass() * plant.vehicle.gravity
     for i, tilt in enumerate(TILTS):
         for j, azimuth in enumerate(AZIMUTHS):
             up = np.array([np.sin(tilt) * np.cos(azimuth), np.sin(tilt) * np.sin(azimuth), np.cos(tilt)])

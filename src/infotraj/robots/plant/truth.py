@@ -135,6 +135,12 @@ class Truth(_Strict):
         """kg that the rotors carry: the vehicle and what hangs from it."""
         return self.mass + (self.hidden.load.mass if self.hidden.load else 0.0)
 
+    def tilting(self) -> tuple[Servos, Arm]:
+        """The servos and the arm of a vehicle with tilts, which `check` asks for."""
+        assert self.servos is not None
+        assert self.arm is not None
+        return self.servos, self.arm
+
     @classmethod
     def ideal(cls, vehicle: Vehicle) -> Truth:
         """The plant without hidden effects: what the vehicle file says, on arms of almost no mass.
@@ -142,9 +148,7 @@ class Truth(_Strict):
         InputError where the vehicle file leaves out mass, inertia or a speed input, or gives rotors or tilts
         different time constants (a plant has one of each).
         """
-        if vehicle.mass is None:
-            raise InputError(problem(f"vehicle {vehicle.name} has no mass", "`mass` in kg", "Add it."))
-        vehicle.inertia_matrix()
+        mass, inertia = vehicle.known_mass(), vehicle.known_inertia()
         rotor_lags = {r.time_constant for r in vehicle.rotors}
         servo_lags = {(t.time_constant, t.max_rate) for t in vehicle.tilts}
         if len(rotor_lags) > 1 or len(servo_lags) > 1:
@@ -169,9 +173,9 @@ class Truth(_Strict):
         return cls(
             name=f"{vehicle.name}_ideal",
             vehicle=vehicle.name,
-            mass=vehicle.mass,
+            mass=mass,
             center_of_mass=vehicle.center_of_mass,
-            inertia=vehicle.inertia,
+            inertia=inertia,
             arm=Arm(mass=1e-4, inertia=(1e-7, 1e-7, 1e-7)) if m else None,
             rotors=Rotors(
                 thrust_factor=(1.0,) * n, moment_factor=(1.0,) * n, rise_time_constant=lag, fall_time_constant=lag
