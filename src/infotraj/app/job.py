@@ -22,7 +22,8 @@ class Job:
     def __init__(
         self, kind: str, words: Sequence[str], folder: Path, done: Callable[[Job], None] | None = None
     ) -> None:
-        self.kind, self.words, self.folder, self.done = kind, list(words), folder, done
+        self.kind, self.words, self.folder = kind, list(words), folder
+        self.done = done or (lambda job: None)
         self.state = "running"  # then done, failed or cancelled
         self.said: list[str] = []
         self.printed: list[str] = []

@@ -42,7 +42,12 @@ def received(path: Path, mapping: str | None = None, model: Path | None = None) 
         (check,) = check_logs([path], mapping, vehicle)
     except UsageError as error:  # of the mapping; another may do
         return {**_refused(error), "mappings": _readers(path)}
-    found = {"name": str(path), "outcome": check.outcome, "report": as_text(check, details=True), "mapping": mapping}
+    found: dict[str, Any] = {
+        "name": str(path),
+        "outcome": check.outcome,
+        "report": as_text(check, details=True),
+        "mapping": mapping,
+    }
     found["model"] = str(model) if vehicle is not None else None
     found["fix"] = [s for f in check.findings if f.counts != "note" for s in f.settings]
     if check.outcome == "rejected":

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+import tornado.http1connection
 import tornado.httpclient
 import tornado.httpserver
 import tornado.netutil
@@ -189,7 +190,9 @@ class Upload(Handler):
             self.limit = max(self.limit - self.bag.size, 0)
         if int(self.request.headers.get("Content-Length", "0")) > self.limit:
             raise UsageError(self._too_large())
-        self.request.connection.set_max_body_size(self.limit)
+        connection = self.request.connection
+        assert isinstance(connection, tornado.http1connection.HTTP1Connection)  # what tornado serves
+        connection.set_max_body_size(self.limit)
         self.part = window.work / f"{secrets.token_hex(8)}.part"
         self.file = open(self.part, "xb")  # noqa: SIM115 (closed when the request is over)
         self.count = 0

@@ -3,6 +3,7 @@ horizon."""
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +29,7 @@ def comparison_figures(comparison: Comparison, folder: str | Path) -> list[Path]
     written = []
     for name, draw in figures.items():
         png = folder / f"{name}.png"
-        style.write(lambda draw=draw: draw(comparison), png, folder / f"{name}.pdf")
+        style.write(partial(draw, comparison), png, folder / f"{name}.pdf")
         written.append(png)
     return written
 
@@ -138,8 +139,8 @@ def draw_rollouts(comparison: Comparison) -> Figure:
             low, high = (np.array([np.percentile(values[i], q) for i in there]) for q in (10, 90))
             axes.fill_between(x, low, high, color=color, alpha=0.15, lw=0)
             axes.plot(x, [values[i].mean() for i in there], "o-", color=color, ms=3, label=Path(model.name).stem)
-    for axes, measure in zip(panels, MEASURES, strict=True):
-        axes.set_title(f"{measure} [{UNITS[measure]}]")
+    for axes, name in zip(panels, MEASURES, strict=True):
+        axes.set_title(f"{name} [{UNITS[name]}]")
         axes.set_xlabel("horizon [s]")
         axes.set_ylim(bottom=0)
         axes.set_xlim(left=0)

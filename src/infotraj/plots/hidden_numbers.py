@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -49,7 +50,7 @@ def _off(left: Axes, right: Axes, part: pd.DataFrame) -> None:
         off = (own["estimate"] - own["true"]).to_numpy(dtype=float)
         size = own.groupby(["effect", "parameter"])["true"].transform(lambda x: np.sqrt(np.mean(x**2)))
         rows = np.array([effects.index(e) for e in own["effect"]], dtype=float) - shift
-        look = {"ls": "none", "marker": marker, "ms": 2.5, "mew": 0, "alpha": 0.7, "color": color}
+        look: dict[str, Any] = {"ls": "none", "marker": marker, "ms": 2.5, "mew": 0, "alpha": 0.7, "color": color}
         left.plot(np.clip(off / own["standard_error"], -_FAR, _FAR), rows, label=label, **look)
         right.plot(np.maximum(100 * np.abs(off) / size, 1e-2), rows, **look)
     clean = part[~part["clutter"].astype(bool)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +28,7 @@ def place_figures(located: Located, folder: str | Path) -> list[Path]:
     written = []
     for name, draw in figures.items():
         png = folder / f"{name}.png"
-        style.write(lambda draw=draw: draw(located), png, folder / f"{name}.pdf")
+        style.write(partial(draw, located), png, folder / f"{name}.pdf")
         written.append(png)
     return written
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -36,7 +37,8 @@ def draw_figure_pool(table: pd.DataFrame) -> Figure:
     across = min(5, len(tasks))
     down = -(-len(tasks) // across)
     figure = style.figure(style.DOUBLE, 1.45 * down + 0.7 + max(2.3, 0.19 * len(tasks)))
-    upper, lower = figure.subfigures(2, 1, height_ratios=[1.45 * down + 0.5, max(2.3, 0.19 * len(tasks)) + 0.2])
+    halves: Any = figure.subfigures(2, 1, height_ratios=[1.45 * down + 0.5, max(2.3, 0.19 * len(tasks)) + 0.2])
+    upper, lower = halves
     panels = upper.subplots(down, across, squeeze=False).ravel()
     for axes in panels[len(tasks) :]:
         axes.set_visible(False)
@@ -104,6 +106,6 @@ def _add_summary(figure: Figure, summary: pd.DataFrame, paired: pd.DataFrame) ->
     right.set_ylabel("difference in error [m/s$^2$]")
 
 
-def _said(row: tuple) -> str:
+def _said(row: Any) -> str:
     interval = f"{row.difference:.3f} [{row.low:.3f}, {row.high:.3f}]"
     return f"chosen minus {row.against}\n{interval}\nlower in {row.tasks_better} of {row.tasks} tasks"

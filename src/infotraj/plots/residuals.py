@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.colors import LogNorm
@@ -21,7 +22,7 @@ def draw_time(located: Located) -> Figure:
     order = np.argsort([-np.nanmax(np.append(s.rmse / s.floor, 0.0)) for s in located.by_flight])[:MOST_FLIGHTS]
     figure = style.figure(style.DOUBLE, 0.7 + 1.0 * len(order))
     panels = figure.subplots(len(order), 1, squeeze=False)[:, 0]
-    image = None
+    image: Any = None
     for axes, k in zip(panels, order, strict=True):
         error = located.errors[k]
         slot = np.floor(error.t - error.t[0]).astype(int)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import ArrayLike
 
 from infotraj import rotations
@@ -39,6 +40,7 @@ def draw_figure_3(reference: ArrayLike, flown: Mapping[str, ArrayLike]) -> Figur
     center = rotations.normalize(np.mean(tips(reference), axis=0))
     figure = style.figure(style.DOUBLE, 3.2)
     globe = figure.add_subplot(1, 2, 1, projection="3d", computed_zorder=False)
+    assert isinstance(globe, Axes3D)
     flat = figure.add_subplot(1, 2, 2)
     _add_globe(globe, center)
     for name, (curve, color, dashes, width) in curves.items():
@@ -65,7 +67,7 @@ def unrolled(points: Array, center: Array) -> Array:
     return (points @ np.column_stack([east, north])) / np.sinc(angle / np.pi)[:, None]
 
 
-def _add_globe(axes: Axes, center: Array) -> None:
+def _add_globe(axes: Axes3D, center: Array) -> None:
     around, down = np.linspace(0, 2 * np.pi, 37), np.linspace(0, np.pi, 19)
     x, y, z = np.outer(np.cos(around), np.sin(down)), np.outer(np.sin(around), np.sin(down)), np.cos(down)
     axes.plot_surface(
@@ -78,7 +80,8 @@ def _add_globe(axes: Axes, center: Array) -> None:
     ticks = [-1, -0.5, 0, 0.5, 1]
     axes.set(xticks=ticks, yticks=ticks, zticks=ticks)
     axes.tick_params(labelsize=7, pad=-2)
-    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+    sides: tuple[Any, ...] = (axes.xaxis, axes.yaxis, axes.zaxis)
+    for axis in sides:
         axis.pane.set_visible(False)
         axis.labelpad = -6
     axes.grid(False)

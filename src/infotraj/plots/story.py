@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -93,7 +94,8 @@ def _drawn(story: Story) -> Figure:
     mpl.rcParams["savefig.dpi"] = _DPI  # inside the style's own context
     figure = style.figure(_WIDTH, _HEIGHT)
     # Rows of their own: the long labels below shall not push the panels above apart.
-    above, below = figure.subfigures(2, 1, height_ratios=[1.0, 1.2])
+    halves: Any = figure.subfigures(2, 1, height_ratios=[1.0, 1.2])
+    above, below = halves
     first, second = above.subplots(1, 2, width_ratios=[1.7, 1.0])
     _wrench(first, story.wrench)
     _place(second, story.place)
@@ -125,7 +127,7 @@ def _wrench(panel: Axes, w: Wrench) -> None:
 def _place(panel: Axes, p: Place) -> None:
     _title(panel, "b", "Where it fails")
     step = max(len(p.quantity) // 1200, 1)
-    look = {"ls": "none", "marker": ".", "ms": 2.6, "mew": 0, "rasterized": True}
+    look: dict[str, Any] = {"ls": "none", "marker": ".", "ms": 2.6, "mew": 0, "rasterized": True}
     panel.plot(p.quantity[::step], p.given[::step], color=style.VERMILION, alpha=0.45, **look)
     panel.plot(p.quantity[::step], p.named[::step], color=style.BLUE, alpha=0.45, **look)
     panel.axhline(0.0, color=style.INK, lw=0.6)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -41,7 +42,7 @@ LABELS = {
     "none": "no learning",
 }
 
-RC = {
+RC: dict[Any, Any] = {
     "font.family": "serif",
     "font.serif": ["STIXGeneral"],
     "mathtext.fontset": "stix",
@@ -124,5 +125,5 @@ def add_runs(axes: Axes, x: float, values: Array, interval: Interval, color: str
     offsets = sideways(len(values), 0.6 * width)
     axes.plot(left + offsets, values, ".", color=color, alpha=0.5, markersize=3.5, mew=0, zorder=2)
     around = [[interval.mean - interval.low], [interval.high - interval.mean]]
-    look = {"color": color, "marker": marker, "markersize": 3.8, "mec": "white", "mew": 0.4}
+    look: dict[str, Any] = {"color": color, "marker": marker, "markersize": 3.8, "mec": "white", "mew": 0.4}
     axes.errorbar(right, interval.mean, yerr=around, lw=1.0, zorder=4, **look)

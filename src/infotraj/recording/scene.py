@@ -52,9 +52,10 @@ def center_of(flight: Flight) -> tuple[Array, float]:
 def _pose(flight: Flight, place: tuple, turn: tuple, *, estimate: bool) -> tuple[Array, Array, Array] | None:
     find = estimated if estimate else channel
     position, attitude = find(flight, place), find(flight, turn)
-    if position is None and attitude is None:
+    longest = position or attitude
+    if longest is None:
         return None
-    t = (position or attitude).t
+    t = longest.t
     t = t[thinned(t, RATE)]
     where = np.zeros((len(t), 3)) if position is None else at(position, t)
     if attitude is None:

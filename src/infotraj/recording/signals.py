@@ -7,6 +7,7 @@ from typing import Protocol
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from infotraj import rotations
 from infotraj.control.tracking import DEMAND
@@ -203,7 +204,10 @@ def predicted_residual(
             problem(f"vehicle {vehicle.name}: mass or inertia left out", "both, to scale the residual", "Add them.")
         )
     scale = rigid_body.scale(vehicle)
-    t, inputs = (wrench.t, wrench.values / scale) if data is None else (data.t, data.inputs)
+    if data is not None:
+        t, inputs = data.t, data.inputs
+    elif wrench is not None:
+        t, inputs = wrench.t, wrench.values / scale
     keep = thinned(t, rate)
     mean, variance = gp.mean(inputs[keep]), gp.variance(inputs[keep])
     return Band(t[keep], mean * scale[3:], 2.0 * np.sqrt(variance) * scale[3:])
@@ -219,7 +223,7 @@ def held(samples: Samples, t: Array) -> Array:
     return samples.values[np.clip(np.searchsorted(samples.t, t, side="right") - 1, 0, None)]
 
 
-def thinned(t: Array, rate: float) -> Array:
+def thinned(t: Array, rate: float) -> NDArray[np.intp]:
     """Indices of t (s) that leave at most one sample in each 1/rate seconds, (m,)."""
     slot = np.floor((t - t[0]) * rate + 1e-6)
     return np.unique(slot, return_index=True)[1]

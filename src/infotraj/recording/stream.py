@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import rerun as rr
@@ -28,7 +29,7 @@ class Columns:
         self.entities: set[str] = set()
         self.spans: dict[str, tuple[float, float]] = {}
 
-    def static(self, entity: str, *parts: object) -> None:
+    def static(self, entity: str, *parts: rr.AsComponents) -> None:
         """What holds at all times: shapes, colours, names."""
         self.entities.add(entity)
         self._stream.log(entity, *parts, static=True)
@@ -44,7 +45,7 @@ class Columns:
 
     def pose(self, entity: str, t: Array, *, translation: Array | None = None, attitude: Array | None = None) -> None:
         """A moving frame: translation (n, 3) m and attitude (n, 4) as w, x, y, z."""
-        fields: dict[str, Array] = {}
+        fields: dict[str, Any] = {}
         if translation is not None:
             fields["translation"] = translation
         if attitude is not None:
@@ -55,7 +56,7 @@ class Columns:
         """One arrow a sample: origin and vector (n, 3), m, in the frame of the entity."""
         self._send(entity, t, rr.Arrows3D.columns(origins=origin, vectors=vector))
 
-    def _send(self, entity: str, t: Array, columns: object) -> None:
+    def _send(self, entity: str, t: Array, columns: rr.ComponentColumnList) -> None:
         self.entities.add(entity)
         self._stream.send_columns(entity, [rr.TimeColumn(TIMELINE, duration=t)], columns)
 

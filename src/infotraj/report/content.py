@@ -37,7 +37,7 @@ def gathered(
     flights = [s.flight for s in found.samples]
     names = _names([str(f.meta.get("source", f"flight {k}")) for k, f in enumerate(flights)])
     fall = combinations(found, seed)
-    how = {"start": asked.start, "stop": asked.stop}
+    how: dict[str, Any] = {"start": asked.start, "stop": asked.stop}
     given = asked.read if found.healthy is None else found.search.observation.model([])
     located = locate(given, flights, rng=np.random.default_rng(seed), **how)
     healthy = beside(located, given, found.healthy.flights, **how) if found.healthy is not None else None

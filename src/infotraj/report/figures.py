@@ -12,7 +12,8 @@ from typing import Any
 import bokeh
 import numpy as np
 from bokeh.document import Document
-from bokeh.models import BoxAnnotation, ColumnDataSource, Range1d, Span
+from bokeh.models import ColumnDataSource, Range1d
+from bokeh.models.annotations import BoxAnnotation, Span
 from bokeh.plotting import figure
 
 from infotraj.report.formats import plain_unit, prefixed
@@ -42,12 +43,12 @@ def figures(content: dict[str, Any]) -> str:
 def _traces(content: dict[str, Any]) -> list[figure]:
     """Measured and predicted wrench, an axis each, linked in time; the page fills in the series."""
     traces = content["traces"]
-    shared = Range1d(0.0, 1.0, name="time")
+    shared = Range1d(start=0.0, end=1.0, name="time")
     drawn = []
     for axis in traces["axes"]:
         fig = _figure(f"trace-{axis}", 150, "xbox_zoom", x_range=shared)
         fig.window_axis = "x"
-        fig.y_range.only_visible = True
+        fig.y_range.update(only_visible=True)
         factor, unit = _scale(content, axis)
         fig.yaxis.axis_label = f"{axis} [{unit}]"
         fig.tags = [factor]
@@ -109,7 +110,7 @@ def _places(content: dict[str, Any]) -> list[figure]:
 def _leftover(content: dict[str, Any]) -> list[figure]:
     """Correlations over lags of what is left with everything that is supported."""
     drawn = []
-    shared, height = Range1d(-0.5, 0.5), Range1d(-1.05, 1.05)
+    shared, height = Range1d(start=-0.5, end=0.5), Range1d(start=-1.05, end=1.05)
     for row in content["leftover"]:
         fig = _figure(f"leftover-{row['axis']}", 170, "", x_range=shared, y_range=height)
         fig.xaxis.axis_label = "lag [s]"
