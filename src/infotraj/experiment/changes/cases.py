@@ -100,7 +100,7 @@ def changes(study: ChangeStudy, hidden: HiddenStudy, vehicle: str) -> list[Chang
 
 def batches(study: ChangeStudy, hidden: HiddenStudy) -> dict[str, list[Change]]:
     """The cases of each job, by its key: `quadrotor_0`."""
-    found = {}
+    found: dict[str, list[Change]] = {}
     for vehicle in study.cases:
         every = changes(study, hidden, vehicle)
         found |= {

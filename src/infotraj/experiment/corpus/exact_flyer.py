@@ -64,7 +64,7 @@ def fly_exactly(
     wind = np.ascontiguousarray(air.wind)
     states, commands = _simulate(body, path, velocity, acceleration, yaw, wind, gyro, every)
     count = len(body.coefficient)
-    columns: dict[str, Array] = {"t": np.arange(len(states)) * every * STEP}
+    columns: dict[str, Array] = {"t": np.arange(len(states), dtype=float) * every * STEP}
     for names, first in ((POSITION, 0), (ATTITUDE, 3), (VELOCITY, 7), (RATE, 10), (SPECIFIC_FORCE, 13)):
         columns.update({name: states[:, first + i] for i, name in enumerate(names)})
     columns.update({f"cmd_rotor_{i}": commands[:, i] for i in range(count)})

@@ -130,6 +130,11 @@ def _coarse_rotors(flight: Flight, vehicle: Vehicle | None, rng: np.random.Gener
     return replaced(flight, names, np.round(speed / unit) * unit)
 
 
+def _signed(flight: Flight, vehicle: Vehicle | None, rng: np.random.Generator) -> Flight:
+    assert vehicle is not None  # as `Injected.vehicle` says
+    return signed_speeds(flight, vehicle, rng)
+
+
 def _dead_rotor(flight: Flight, vehicle: Vehicle | None, rng: np.random.Generator) -> Flight:
     return dead_rotor_sensor(flight, rng)[0]
 
@@ -168,8 +173,6 @@ INJECTED: dict[str, Injected] = {
     "time in milliseconds": Injected(lambda f, v, rng: replaced(f, ("t",), 1000 * f.t[:, None]), ("time_unit",)),
     "one rotor's sensor dead": Injected(_dead_rotor, ("dead*", "stuck*", "rotor_dead*"), ("cmd_rotor_0",)),
     "poses held for 3 to 10 rows": Injected(_held_pose, ("held*",), _P, note=True),
-    "rotor speeds signed": Injected(
-        lambda f, v, rng: signed_speeds(f, v, rng), ("signed*",), ("cmd_rotor_0",), note=True, vehicle=True
-    ),
+    "rotor speeds signed": Injected(_signed, ("signed*",), ("cmd_rotor_0",), note=True, vehicle=True),
     "rotor speeds in coarse steps": Injected(_coarse_rotors, ("quantis*",), ("rotor_0",), note=True),
 }

@@ -70,7 +70,9 @@ class Log:
 class Recipe(Protocol):
     """How one log is made, or read."""
 
-    source: str
+    @property
+    def source(self) -> str:
+        """Where it is from."""
 
     @property
     def moving(self) -> bool:

@@ -25,11 +25,11 @@ def path(task: str, seconds: float, room: float, speed: float, rng: np.random.Ge
     moved, yaw = ease[:, None] * moved, ease * yaw
     height = rng.uniform(0.8, 1.5) + max(0.0, -float(moved[:, 2].min()))
     rise = np.zeros((round((REST + RISE + SETTLE) / STEP), 3))
-    rise[:, 2] = height * _ease((np.arange(len(rise)) * STEP - REST) / RISE)
+    rise[:, 2] = height * _ease((np.arange(len(rise), dtype=float) * STEP - REST) / RISE)
     parts, turns = [rise, moved + np.array([0.0, 0.0, height])], [np.zeros(len(rise)), yaw]
     if rng.random() < 0.5:
         down = np.zeros((round((2.0 + height / 0.4) / STEP), 3))
-        down[:, 2] = height * (1.0 - _ease(np.arange(len(down)) * STEP / (height / 0.4)))
+        down[:, 2] = height * (1.0 - _ease(np.arange(len(down), dtype=float) * STEP / (height / 0.4)))
         parts.append(down)
         turns.append(np.zeros(len(down)))
     place = np.array([*rng.uniform(-0.5, 0.5, 2), _STANDING_HEIGHT])

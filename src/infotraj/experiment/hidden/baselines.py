@@ -16,6 +16,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from infotraj.diagnosis.gates.observing import observe
@@ -126,7 +127,7 @@ def lasso(data: Regression) -> list[int]:
     most = float(np.abs(X.T @ data.y).max()) / len(X)
     penalties = most * np.geomspace(1.0, 1e-3, 50)
 
-    def path(rows: Array) -> Array:
+    def path(rows: NDArray[np.intp]) -> Array:
         A, b = X[rows], data.y[rows]
         return lasso_path(A, b, alphas=penalties, precompute=A.T @ A, Xy=A.T @ b, max_iter=5000, tol=1e-3)[1]
 
@@ -152,7 +153,7 @@ def sparse(data: Regression) -> list[int]:
 
     X = _standardised(data)
 
-    def coefficients(rows: Array, threshold: float) -> Array:
+    def coefficients(rows: NDArray[np.intp], threshold: float) -> Array:
         fitted = STLSQ(threshold=threshold, alpha=_SHRINK * len(rows), max_iter=50, unbias=False)
         return np.ravel(fitted.fit(X[rows], data.y[rows, None]).coef_)
 
@@ -208,9 +209,9 @@ def _standardised(data: Regression) -> Array:
     return data.X / np.sqrt(np.mean(data.X**2, axis=0))
 
 
-def _folds(data: Regression) -> list[tuple[Array, Array]]:
+def _folds(data: Regression) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
     """Rows to fit and to test, a flight each; of a single flight, its five fifths."""
-    label = data.flight
+    label: NDArray = data.flight
     if len(np.unique(label)) == 1:
         label = np.arange(len(label)) * 5 // len(label)
     return [(np.flatnonzero(label != k), np.flatnonzero(label == k)) for k in np.unique(label)]

@@ -117,6 +117,7 @@ def fly_one(
 
     extent = Extent(flights.size, flights.pace, flights.low, flights.tilt, flights.speed)
     reference = standard(kind, case.seconds or flights.seconds, extent, path)
+    controller: TrackingController | ThrustVectorController
     if vehicle.tilts:
         controller = TrackingController(vehicle, reference)
     else:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -23,7 +24,7 @@ from infotraj.experiment.hidden.logs import LOGS
 KINDS = {0: "nothing", 1: "single", 2: "pair", 3: "triple"}
 
 
-def chosen(study: HiddenStudy, vehicle: str, effects: str, other: str, **more: object) -> Case:
+def chosen(study: HiddenStudy, vehicle: str, effects: str, other: str, **more: Any) -> Case:
     """The case of these names; an effect may end in `:size`, a multiple of its usual one. UsageError otherwise."""
     if vehicle not in study.vehicles:
         raise UsageError(problem(f"vehicle {vehicle!r}", " or ".join(study.vehicles), "Correct --vehicle."))
@@ -61,7 +62,7 @@ def chosen(study: HiddenStudy, vehicle: str, effects: str, other: str, **more: o
 @click.option("--gusts", is_flag=True, help="In Dryden's gusts.")
 @click.option("--seconds", type=float, help="s, of each flight, instead of the study's.")
 @click.option("--seed", default=0, help="Of paths, values, noise, file and log.")
-def once(folder: Path, truth: Path, study: str, seed: int, **choice: object) -> None:
+def once(folder: Path, truth: Path, study: str, seed: int, **choice: Any) -> None:
     """Flies one run: what is shown goes to FOLDER, what is hidden to TRUTH."""
     whole = read_study(study)
     fly_run(whole, chosen(whole, **choice), seed, folder, truth)

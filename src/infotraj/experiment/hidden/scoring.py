@@ -202,7 +202,7 @@ def _names(
                 model = _fitted(base, [*others, _instance(name, rows)], training)
                 reached = held.error(model) if model is not None else float("inf")
                 members[f"{effect['name']} as {name}"] = reached / oracle if oracle and np.isfinite(reached) else None
-                good &= bool(oracle) and reached - oracle <= allowed
+                good &= oracle is not None and oracle != 0.0 and reached - oracle <= allowed
             if good:
                 stood[effect["name"]] = list(group)
             break

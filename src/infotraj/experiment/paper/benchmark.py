@@ -72,7 +72,7 @@ def _report(config: ExperimentConfig, repeat: int, threads: int) -> None:
         ),
     ]
     print(f"{'piece':<78} {'median s':>9} {'min':>7} {'max':>7} {'CPU s':>7} {'x real time (CPU)':>18}")
-    for name, simulated, piece in pieces:
+    for name, flown, piece in pieces:
         piece()
         wall, busy = [], []
         for _ in range(repeat):
@@ -81,7 +81,7 @@ def _report(config: ExperimentConfig, repeat: int, threads: int) -> None:
             wall.append(time.perf_counter() - start)
             busy.append(time.process_time() - used)
         own = float(np.median(busy))
-        speed = "" if simulated is None else f"{simulated / np.median(wall):.0f} ({simulated / own:.0f})"
+        speed = "" if flown is None else f"{flown / np.median(wall):.0f} ({flown / own:.0f})"
         print(f"{name:<78} {np.median(wall):9.3f} {min(wall):7.3f} {max(wall):7.3f} {own:7.3f} {speed:>18}", flush=True)
 
 

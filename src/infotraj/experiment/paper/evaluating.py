@@ -32,7 +32,8 @@ def fly_with_models(
     known = {name: read_reference(path) for name, path in references.items()}
     for key, path in flights.items():
         reference, model = key.split("/")
-        process = None if models[model] is None else GaussianProcess.load(models[model])
+        learned = models[model]
+        process = None if learned is None else GaussianProcess.load(learned)
         rng = generator(config.base_seed, plant, seed, f"validate {key}")
         flying.fly(robot, vehicle, known[reference], process, config, rng).write(path)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,8 +16,11 @@ from infotraj.robots.robot import Robot
 from infotraj.trajectories.reference import Reference, read_reference
 from infotraj.vehicle import Vehicle, load_vehicle
 
+if TYPE_CHECKING:
+    from infotraj.robots.plant.plant import Plant
 
-def plant(config: ExperimentConfig, name: str) -> Robot:
+
+def plant(config: ExperimentConfig, name: str) -> Plant:
     """The plant of that name: config/plants/NAME.yaml beside the vehicle's folder."""
     from infotraj.robots.plant.plant import Plant  # late: mujoco
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -81,7 +82,8 @@ def fit_thrust_map(
             rmse = float(np.sqrt(np.mean(left**2))) / MASS
             if best is None or rmse < best.rmse:
                 explained = 1.0 - float(np.mean(left**2) / np.var(b))
-                best = ThrustMap(*map(float, solved), float(exponent), float(lag), rmse, explained)
+                linear, quadratic = map(float, solved)
+                best = ThrustMap(linear, quadratic, float(exponent), float(lag), rmse, explained)
     assert best is not None
     return best
 
@@ -108,6 +110,6 @@ if __name__ == "__main__":
     _flights = named_flights()
     _best = fit_thrust_map(_flights)
     print(f"with voltage: {_best}")
-    _alone = {"exponents": [0.0], "time_constants": [_best.time_constant]}
+    _alone: dict[str, Any] = {"exponents": [0.0], "time_constants": [_best.time_constant]}
     print(f"proportional to PWM, same lag: {fit_thrust_map(_flights, linear_only=True, **_alone)}")
     print(f"PWM alone, two coefficients: {fit_thrust_map(_flights, **_alone)}")

@@ -20,8 +20,8 @@ def filters(flight: Flight, vehicle: Vehicle, rng: np.random.Generator) -> Fligh
         if rng.random() < 0.5:
             flight = lagged(flight, names, rng.uniform(0.003, 0.012))
             continue
-        low = butter(2, min(rng.uniform(20.0, 80.0), 0.4 / step(flight)), fs=1.0 / step(flight))
-        flight = replaced(flight, names, _from_rest(*low, flight.get(*names)))
+        b, a = butter(2, min(rng.uniform(20.0, 80.0), 0.4 / step(flight)), fs=1.0 / step(flight))
+        flight = replaced(flight, names, _from_rest(b, a, flight.get(*names)))
     return flight
 
 
