@@ -4,6 +4,7 @@ from infotraj.experiment.common.job import job
 from infotraj.experiment.paper.choosing import choose
 
 with job(snakemake.log[0], snakemake.params.settings) as settings:
-    run = snakemake.wildcards.plant, int(snakemake.wildcards.seed), int(snakemake.wildcards.round)
+    plant, source = snakemake.wildcards.plant, snakemake.wildcards.source
+    seed, number = int(snakemake.wildcards.seed), int(snakemake.wildcards.round)
     inputs = {"task": snakemake.input.task, "model": snakemake.input.model}
-    choose(settings, *run, snakemake.wildcards.source, **inputs, **dict(snakemake.output.items()))
+    choose(settings, plant, seed, number, source, **inputs, **dict(snakemake.output.items()))

@@ -7,12 +7,12 @@ import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from threadpoolctl import threadpool_limits
 
 from infotraj.errors import InfotrajError
-from infotraj.experiment.common.config import load
+from infotraj.experiment.common.config import ExperimentConfig, load
 
 
 class Settings:
@@ -32,8 +32,8 @@ class Settings:
 
 
 @contextmanager
-def job(log: str | Path, declared: Mapping[str, Any] | None = None) -> Iterator[Settings]:
-    """Sends all output of this process to the file `log` and gives the declared settings.
+def job(log: str | Path, declared: Mapping[str, Any] | None = None) -> Iterator[ExperimentConfig]:
+    """Sends all output of this process to the file `log` and gives the declared settings, in the configuration's place.
 
     A user's error ends the process with its exit status and one line in the log; any other keeps its traceback. Linear
     algebra runs on one thread: the matrices are small, and jobs share the cores.
@@ -46,7 +46,7 @@ def job(log: str | Path, declared: Mapping[str, Any] | None = None) -> Iterator[
         os.dup2(file.fileno(), 2)
     try:
         with threadpool_limits(1, user_api="blas"):
-            yield Settings(declared or {})
+            yield cast(ExperimentConfig, Settings(declared or {}))
     except InfotrajError as error:
         print(error, file=sys.stderr)
         raise SystemExit(error.exit_status) from error
