@@ -164,22 +164,6 @@ def _add_kernel_sum(u, points, weights, inverse_lengthscales_squared, signal_var
         out[o] += signal_variance[o] * total
 
 
-@njit(cache=True, error_model="numpy")
-def _affine(u, constant, slopes, out):
-    """out (m,) = constant + slopes u."""
-    for o in range(out.shape[0]):
-        out[o] = constant[o]
-        for i in range(u.shape[0]):
-            out[o] += slopes[o, i] * u[i]
-
-
-@njit(cache=True, error_model="numpy")
-def mean_value(u, points, alpha, inverse_lengthscales_squared, signal_variance, constant, slopes, out):
-    """Posterior mean (m,) at u (d,), into out; the arrays as in `mean_and_jacobian`."""
-    _affine(u, constant, slopes, out)
-    _add_kernel_sum(u, points, alpha, inverse_lengthscales_squared, signal_variance, out)
-
-
 @njit(cache=True, fastmath=True, error_model="numpy")
 def prior_draw_value(u, frequencies, phases, amplitudes, out):
     """A draw of the zero-mean prior at u (d,), into out (m,): sum of amplitude cos(2 pi (frequency . u + phase)).
