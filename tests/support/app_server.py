@@ -2,14 +2,18 @@
 
 import http.client
 import json
+import shutil
 import signal
 import socket
 import subprocess
 import sys
 import time
+from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
+
+QUAD = Path(__file__).parents[2] / "examples/quad"
 
 
 class Server:
@@ -73,3 +77,10 @@ class Server:
         if self.viewer is not None:  # what it started has ended with it
             with pytest.raises(ConnectionRefusedError):
                 socket.create_connection(("127.0.0.1", self.viewer), timeout=5)
+
+
+def filled(folder):
+    """Copies the example flights and their vehicle file into a folder."""
+    for k in range(3):
+        shutil.copy(QUAD / f"flight_{k}.parquet", folder)
+    shutil.copy(QUAD / "vehicle.yaml", folder)

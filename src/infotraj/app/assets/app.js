@@ -43,6 +43,17 @@
     both.append(input, seen);
     return both;
   }
+  // One box for all flights that are not the healthy ones: ticked where all are asked, half where some are.
+  function drawAll(able) {
+    const all = byId("ask-all"), ticked = able.filter((name) => asked.has(name)).length;
+    all.disabled = !able.length;
+    all.checked = ticked > 0 && ticked === able.length;
+    all.indeterminate = ticked > 0 && ticked < able.length;
+    all.onchange = () => {
+      for (const name of able) { if (all.checked) asked.add(name); else asked.delete(name); }
+      shown = ""; draw();
+    };
+  }
   function button(text, name, action) {
     const made = document.createElement("button");
     made.type = "button"; made.textContent = text;
@@ -95,7 +106,7 @@
     if (key === shown) return;
     shown = key;
     const focused = document.activeElement && document.activeElement.getAttribute("aria-label");
-    const body = byId("files").tBodies[0], rows = [];
+    const body = byId("files").tBodies[0], rows = [], able = [];
     const none = {outcome: ""};
     for (const file of state.listed) {
       const said = state.files[file.name] || none, refused = said.outcome === "rejected";
@@ -106,7 +117,7 @@
       const elsewhere = said.name && said.name !== file.name;
       if (refused && asked.has(file.name)) wanted.add(file.name);  // it may be one of another vehicle
       if (refused || elsewhere) { asked.delete(file.name); healthy.delete(file.name); }
-      if (file.kind === "flight" && !refused && !elsewhere) { cell(row, box(asked, healthy, file.name, "Ask")); cell(row, box(healthy, asked, file.name, "Healthy")); }
+      if (file.kind === "flight" && !refused && !elsewhere) { able.push(file.name); cell(row, box(asked, healthy, file.name, "Ask")); cell(row, box(healthy, asked, file.name, "Healthy")); }
       else for (let k = 0; k < 2; k++) { cell(row, "–"); row.lastChild.className = "none"; }
       if (said !== none) {
         const outcome = document.createElement("span");
@@ -125,6 +136,7 @@
       rows.push(row);
     }
     body.replaceChildren(...rows);
+    drawAll(able.filter((name) => !healthy.has(name)));
     if (focused) { const again = document.querySelector(`[aria-label="${CSS.escape(focused)}"]`); if (again) again.focus(); }
     const select = byId("model"), before = select.value;
     const models = state.listed.filter((f) => f.kind === "model" && (state.files[f.name] || {}).outcome !== "rejected").map((f) => f.name);

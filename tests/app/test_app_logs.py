@@ -1,0 +1,127 @@
+"""Logs that the app imports, and those that need a mapping or a fix."""
+
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+import yaml
+
+from infotraj.flight import read_flight
+
+TOP = Path(__file__).parents[2]
+QUAD = TOP / "examples/quad"
+
+
+def test_a_log_is_imported_and_a_damaged_one_told(server):
+    window = server.window()
+    log = (QUAD / "log/board.csv").read_bytes()
+    for name, body in (
+        ("board.csv", log),
+        ("noise.ulg", os.urandom(4000)),
+        ("vehicle.yaml", b"mass: [1, 2"),
+        ("e.bag", b""),
+    ):
+        status, _, said = server.ask("POST", f"{window}/upload?name={name}", body)
+        assert status == 200, said
+        assert server.act(window, "check", name=name)[0] == 200
+        found = server.finished(window)["files"][name]
+        assert found["outcome"] == "rejected", found
+        assert name in found["report"]
+        assert "Traceback" not in found["report"]
+    assert server.process.poll() is None
+
+
+def test_a_log_that_is_not_recognised_is_given_a_mapping_mended_and_asked(server, chromium):
+    from playwright.sync_api import expect
+
+    shutil.copy(QUAD / "log/board.yaml", server.folder)
+    shutil.copy(QUAD / "vehicle.yaml", server.folder)
+    original = (QUAD / "log/board.csv").read_bytes()
+    tab = chromium.new_page()
+    complaints = []
+    tab.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)
+    tab.on("pageerror", lambda e: complaints.append(str(e)))
+    tab.goto(server.address)
+    tab.locator("#choose").set_input_files(QUAD / "log/board.csv")
+    row = tab.locator("tr[data-name='board.csv']")
+    expect(row.locator("pre")).to_contain_text("no known layout", timeout=60000)
+    # A mapping of the folder comes first; it is no model.
+    choice = row.get_by_label("Mapping of board.csv")
+    assert choice.locator("option").all_inner_texts()[0] == "board.yaml"
+    assert "euroc" in choice.locator("option").all_inner_texts()
+    assert "px4_ulog" not in choice.locator("option").all_inner_texts()
+    assert tab.locator("#model option").all_inner_texts() == ["vehicle.yaml"]
+    expect(row.get_by_role("button", name="Fix board.csv")).to_have_count(0)
+    row.get_by_role("button", name="Import board.csv").click()
+    # Its rates are in deg/s: rejected, and Fix says what it would set.
+    expect(row.locator("pre")).to_contain_text("rate_unit", timeout=60000)
+    mend = row.get_by_role("button", name="Fix board.csv")
+    assert "A setting mends this in a new flight beside it: rate.scale=0.0174533" in row.inner_text()
+    assert not (server.folder / "board.parquet").exists()
+    # On a phone every row is whole: nothing has to be found by scrolling sideways.
+    tab.set_viewport_size({"width": 400, "height": 900})
+    right = "b => b.map(x => x.getBoundingClientRect().right)"
+    assert max(tab.locator("#files button, #files input").evaluate_all(right)) <= 400
+    assert tab.evaluate("document.documentElement.scrollWidth") == 400
+    mend.click()
+    expect(row.locator("summary")).to_contain_text("mended as board-fixed.parquet", timeout=60000)
+    expect(row.get_by_role("button", name="Fix board.csv")).to_have_count(0)
+    made = tab.locator("tr[data-name='board-fixed.parquet']")
+    assert made.locator("summary").inner_text().split(" for ")[0] in ("passed", "warning")
+    assert "set rate.scale=0.0174533" in made.locator("pre").text_content()
+    assert made.get_by_label("Ask board-fixed.parquet").is_checked()
+    assert complaints == []
+    tab.close()
+    assert (server.folder / "board.csv").read_bytes() == original
+    saved = yaml.safe_load((server.folder / "board-fixed.mapping.yaml").read_text())
+    assert saved["extends"] == "board.yaml"
+    assert saved["set"]["rate"]["scale"] == pytest.approx(0.0174533)
+    assert read_flight(server.folder / "board-fixed.parquet").table["wx"].abs().max() < 10.0
+
+
+def test_a_fix_overwrites_nothing_and_is_only_of_what_was_offered(server):
+    # A flight table in deg/s, and files of the names that its mended form would take.
+    flight = read_flight(QUAD / "flight_0.parquet")
+    flight.table[["wx", "wy", "wz"]] *= 57.2957795
+    flight.write(server.folder / "wrong.parquet")
+    taken = {"wrong-fixed.parquet": b"mine", "wrong-fixed-2.mapping.yaml": b"mine, too"}
+    for name, body in taken.items():
+        (server.folder / name).write_bytes(body)
+    before = (server.folder / "wrong.parquet").read_bytes()
+    window = server.window()
+    for name in ("wrong.parquet", "../wrong.parquet", "--fix", None):
+        assert server.act(window, "fix", name=name)[0] == 400, name
+    assert server.act(window, "check", name="wrong.parquet")[0] == 200
+    found = server.finished(window)["files"]["wrong.parquet"]
+    assert found["outcome"] == "rejected"
+    assert found["fix"]
+    assert found["mappings"] == []
+    assert server.act(window, "fix", name="wrong.parquet")[0] == 200
+    state = server.finished(window)
+    assert state["files"]["wrong.parquet"]["fixed"] == "wrong-fixed-3.parquet"
+    assert state["files"]["wrong-fixed-3.parquet"]["outcome"] in ("passed", "warning")
+    assert (server.folder / "wrong.parquet").read_bytes() == before
+    assert {name: (server.folder / name).read_bytes() for name in taken} == taken
+    mended = read_flight(server.folder / "wrong-fixed-3.parquet").table
+    true = read_flight(QUAD / "flight_0.parquet").table
+    assert mended["wx"].to_numpy() == pytest.approx(true["wx"].to_numpy(), rel=1e-6)
+    assert server.act(window, "fix", name="wrong.parquet")[0] == 400
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["extends: ../outside.yaml\n", "extends: inner.yaml\n", "extends: euroc\ndefinitions: [../outside.yaml]\n"],
+)
+def test_a_mapping_that_points_out_of_the_folder_is_refused(server, tmp_path, text):
+    shutil.copy(QUAD / "log/board.yaml", tmp_path / "outside.yaml")
+    shutil.copy(QUAD / "log/board.csv", server.folder)
+    (server.folder / "inner.yaml").write_text("extends: ../outside.yaml\n")
+    (server.folder / "mine.yaml").write_text(text)
+    window = server.window()
+    assert server.act(window, "check", name="board.csv", mapping="mine.yaml")[0] == 200
+    found = server.finished(window)["files"]["board.csv"]
+    assert found["outcome"] == "rejected"
+    assert "outside the folder" in found["report"]
+    for mapping in ("../outside.yaml", "px4_ulog", str(tmp_path / "outside.yaml"), "board.csv", "--fix", ["mine.yaml"]):
+        assert server.act(window, "check", name="board.csv", mapping=mapping)[0] == 400, mapping
