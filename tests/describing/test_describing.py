@@ -76,6 +76,23 @@ def test_the_guessed_inertia_is_near_a_published_one(name):
     assert (made.xx, made.yy, made.zz) == pytest.approx((published.xx, published.yy, published.zz), rel=0.25)
 
 
+def test_the_page_says_how_far_the_shipped_inertias_are_from_the_guess():
+    ratio = {}
+    for path in VEHICLES.glob("*.yaml"):
+        vehicle = load_vehicle(path)
+        if vehicle.rotors:
+            spots = [r.position for r in vehicle.rotors]
+            made = guesses.inertia(vehicle.mass, spots, float(np.hypot(*spots[0][:2])))
+            ratio[path.stem] = [getattr(vehicle.inertia, axis) / getattr(made, axis) for axis in ("xx", "yy", "zz")]
+    tall = ratio.pop("acsl_x8")
+    flat = [value for values in ratio.values() for value in values]
+    page = (VEHICLES.parents[1] / "docs/vehicle.md").read_text()
+    said = re.search(
+        r"are ([\d.]+) to ([\d.]+) times that guess; about x and y of the tall X8 ([\d.]+) and ([\d.]+)", page
+    )
+    assert [float(value) for value in said.groups()] == [round(v, 1) for v in (min(flat), max(flat), *tall[:2])]
+
+
 def test_a_written_file_hovers_where_it_was_told_and_keeps_what_was_given():
     vehicle = asked(
         hover=1144.0, moments=(0.005, 0.006, 0.01), time_constant=0.04, moment_constant=0.011, max_speed=2200.0
