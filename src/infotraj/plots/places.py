@@ -153,6 +153,7 @@ def _short(name: str) -> str:
     for start, short in (
         ("tilt rate of the arms times thrust", "tilt rate x thrust"),
         ("change of the rotors' thrust", "change of thrust"),
+        ("change of the commanded wrench", "change of command"),
     ):
         if name.startswith(start):
             return short
