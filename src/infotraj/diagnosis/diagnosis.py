@@ -56,7 +56,7 @@ class Diagnosis:
     supported: names, one for each Supported effect and each Not separable group; model: with them added; errors_of: the
     standard errors of its effects, in the model's order; file: what the vehicle file should say; at_bound: labels of
     effects whose numbers stopped at a physical bound, and how; coherence (6,): share of what was measured that goes
-    with the model as given; whole: the fit of all that the search took; final: that of the model that is given; beside:
+    with the model as given; whole: the fit of the effects that predict; final: that of the model that is given; beside:
     names of its effects that are no finding and correct the file, for the named ones to hold; start,
     stop: s, the part of every flight that was used; healthy: what they were held against in place of the model.
     """
@@ -208,7 +208,7 @@ def diagnose(
         file_numbers(whole) if search.known else (),
         beyond_bounds(added, vehicle),
         search,
-        whole,
+        told,
         final,
         tuple(label.split()[0] for label in made.beside),
         start,
