@@ -7,6 +7,7 @@ from check_flights import SPOILED, A, P, Q, V, W, named, simulated
 from infotraj.checking import check, examine
 from infotraj.checking.attitude import READINGS, unwrapped_euler
 from infotraj.checking.likelihood import AXES, moments, sure_of_difference
+from infotraj.checking.readings import NOISE, PENALTY, POSITION_UNITS, Pose, Vector
 from infotraj.flight import Flight
 from infotraj.rotations import angle_between, from_euler
 
@@ -124,3 +125,20 @@ def test_the_test_between_readings_keeps_its_level():
             found += truth == 1 and sure > 0.99
     assert false <= 8
     assert found >= 380
+
+
+def test_only_the_declared_reading_is_free_and_each_change_costs_more():
+    """Prior odds: one change about PENALTY, two changes more than either alone."""
+    changes = [("attitude", k) for k in range(1, len(READINGS))] + [("axes", "yxz"), ("down", True), ("unit", NOISE)]
+    changes += [("unit", unit) for unit in POSITION_UNITS if unit != 1.0]
+    assert Pose().penalty == Vector().penalty == 0.0
+    for name, value in changes:
+        alone = Pose(**{name: value}).penalty
+        assert 0.5 * PENALTY <= alone <= 1.5 * PENALTY
+        for other, its in changes:
+            if other != name:
+                assert np.isclose(
+                    Pose(**{name: value, other: its}).penalty, alone + Pose(**{other: its}).penalty, rtol=1e-12
+                )
+    for change in ({"turn": 1}, {"turn": -1}, {"axes": 5}, {"unit": 0.01}, {"removed": True}):
+        assert PENALTY <= Vector(**change).penalty <= 1.5 * PENALTY
