@@ -10,6 +10,7 @@ from check_flights import A, P, Q, V, W, _with, simulated
 from infotraj.checking import check, check_logs, examine
 from infotraj.checking.airborne import airborne_rows
 from infotraj.checking.codes import known
+from infotraj.checking.outliers import impossible_commands
 from infotraj.errors import UsageError
 from infotraj.flight import Flight
 from infotraj.vehicle import load_vehicle, parse_vehicle
@@ -94,6 +95,30 @@ def test_impossible_commands_are_found():
     finding = found(Flight(with_throttle), "impossible_command")
     assert finding.severity == "warning"
     assert spans_cover(finding, T[1000], T[1100])
+
+
+ROTOR = {"position": [0.1, 0.1, 0.0], "spin": 1, "moment_constant": 0.01}
+
+
+@pytest.mark.parametrize(
+    ("rotor", "top"),
+    [
+        ({"input": "throttle", "thrust_polynomial": [0.0, 0.0, 8.0]}, 1.0),
+        ({"input": "speed", "thrust_coefficient": 1e-6, "max_speed": 2000.0}, 2000.0),
+        ({"input": "thrust", "thrust_coefficient": 1e-6, "max_speed": 2000.0}, 4.0),
+        (None, 1.0),  # no vehicle: what stays below 1 is a throttle
+    ],
+)
+def test_a_command_is_impossible_beyond_what_its_input_can_be_and_not_before(rotor, top):
+    rotors = [{"name": f"rotor_{k}", **ROTOR, **rotor} for k in range(4)] if rotor else []
+    vehicle = parse_vehicle({"name": "quad", "mass": 1.0, "rotors": rotors}) if rotor else None
+    for size, expected in ((0.0, 0), (1.0, 0), (1.05, 101), (-0.05, 101)):
+        if size < 0 and rotor and rotor["input"] == "speed":
+            expected = 0  # a speed's sign says which way the rotor turns
+        table = FLIGHT.table.assign(**{f"cmd_rotor_{k}": 0.5 * top for k in range(4)})
+        table.loc[1000:1100, "cmd_rotor_2"] = size * top
+        findings = impossible_commands(Flight(table), np.ones(len(table), dtype=bool), vehicle)
+        assert round(sum(f.values["share_of_flight"] for f in findings) * len(table)) == expected, size
 
 
 def test_a_jump_of_the_pose_is_found():

@@ -1,10 +1,12 @@
 """Which effects may stand in another's place: odds below twenty to one, tempered by how much the data scatter."""
 
 import numpy as np
+import pytest
 from linear_fits import ROWS, linear_fit
 
 from infotraj.diagnosis.judge.evidence import overdispersion
-from infotraj.diagnosis.judge.groups import AS_PROBABLE, rivals
+from infotraj.diagnosis.judge.groups import AS_PROBABLE, Rival, rivals
+from infotraj.diagnosis.judge.verdicts import Judge
 
 
 def two_alike(scatter):
@@ -53,3 +55,40 @@ def test_what_another_explains_beside_an_effect_makes_it_no_rival():
     search, whole = linear_fit(["linear_drag", "rotor_drag"], rows, ["linear_drag"])
     assert search.fitted(["rotor_drag"], whole).solution.score > whole.solution.score
     assert rivals(search, whole, "linear_drag", 0.05) == []
+
+
+def order_of(names, resembles):
+    """In which order a group is named whose first member is true, and whose others' columns resemble its own."""
+
+    def rows(rng, _):
+        x = np.zeros((ROWS, 1 + len(names)))
+        x[:, 1] = rng.standard_normal(ROWS)
+        for k, r in enumerate(resembles, 2):
+            x[:, k] = r * x[:, 1] + np.sqrt(1.0 - r**2) * rng.standard_normal(ROWS)
+        x[:, 0] = x[:, 1] + rng.standard_normal(ROWS)
+        return x
+
+    search, whole = linear_fit(names, rows, names[:1])
+    search.observation = whole.linear.observation
+    fits = [whole, *(search.fitted([n], whole) for n in names[1:])]
+    members = [(f.members[0], {}, None if f is whole else Rival(f.labels[0], f)) for f in fits]
+    judge = Judge(search, whole, (), tuple(sorted(names)), None, {}, 0.05, np.random.default_rng(0))
+    named = [[m[0].candidate.name for m in judge._simplest_first(order)] for order in (members, members[::-1])]
+    assert named[0] == named[1]
+    return named[0]
+
+
+@pytest.mark.parametrize(
+    ("names", "resembles", "order"),
+    [
+        # as good: fewer numbers first, then what acts by itself, then the order of the catalogue
+        (["linear_drag", "thrust_scale"], [0.999], ["thrust_scale", "linear_drag"]),
+        (["wind", "linear_drag"], [0.999], ["linear_drag", "wind"]),
+        (["steady_force", "linear_drag"], [0.999], ["linear_drag", "steady_force"]),
+        # what leaves more error comes after, however simple it is
+        (["linear_drag", "thrust_scale"], [0.7], ["linear_drag", "thrust_scale"]),
+        (["wind", "thrust_scale", "linear_drag"], [0.7, 0.999], ["linear_drag", "wind", "thrust_scale"]),
+    ],
+)
+def test_the_simplest_of_those_that_predict_best_stands_for_a_group(names, resembles, order):
+    assert order_of(names, resembles) == order
