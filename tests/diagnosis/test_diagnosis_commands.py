@@ -14,7 +14,9 @@ from exact_simulation import fly
 from infotraj import rotations
 from infotraj.cli import cli
 from infotraj.diagnosis.diagnosis import diagnose
+from infotraj.diagnosis.judge.verdicts import Finding
 from infotraj.diagnosis.report.steps import steps
+from infotraj.diagnosis.report.summary import _effect
 from infotraj.effects import catalogue
 from infotraj.errors import InfotrajError
 from infotraj.flight import Flight
@@ -27,7 +29,7 @@ DRAG = {"linear_drag": {"d": [0.1, 0.1, 0.1]}}
 VERDICTS = {"Supported", "Not separable", "Plausible", "Not needed", "Not testable here"}
 KEYS = {
     "name", "verdict", "group", "heldout_change", "ci95", "flights_better", "selected", "rise", "parameters",
-    "standard_errors",
+    "standard_errors", "probability", "form_error", "gain", "reason",
 }  # fmt: skip
 OWN = '''
 """Drag with the cube of the speed."""
@@ -80,7 +82,7 @@ def test_the_json_has_every_key_for_every_effect(paths, tmp_path):
     assert said["verdict"]["unexplained"] is False
     assert [e["name"] for e in said["effects"]] == list(catalogue())
     for e in said["effects"]:
-        assert set(e) >= KEYS
+        assert set(e) == KEYS
         assert e["verdict"] in VERDICTS
         assert e["name"] in e["group"]
         assert e["reason"] or e["verdict"] == "Supported"
@@ -101,6 +103,13 @@ def test_the_json_has_every_key_for_every_effect(paths, tmp_path):
     assert next(e for e in said["effects"] if e["name"] == "linear_drag")["verdict"] == "Not needed"
     old, kept = (yaml.safe_load(p.read_text()) for p in (new, last))
     assert (old["vehicle"], old["effects"]) == (kept["vehicle"], kept["effects"])
+
+
+def test_all_instances_of_an_effect_are_written_and_no_key_where_it_has_one():
+    rotors = ({"rotor": 3, "factor": 0.8}, {"rotor": 1, "factor": 0.9})
+    weak = Finding("rotor_effectiveness", "Supported", ("rotor_effectiveness",), None, rotors[0], {}, instances=rotors)
+    assert _effect(weak, None)["instances"] == [*rotors]
+    assert "instances" not in _effect(replace(weak, instances=()), None)
 
 
 def test_bad_input_is_one_line_and_leaves_nothing(paths, made, tmp_path):
