@@ -6,8 +6,7 @@ decorators, what is raised or warned, how often and how exactly a solver iterate
 only put findings into words or read options (`WORDS`). Constants are not scaled where they are 0, pick an axis or a
 place, or only keep a division from zero (`max(x, 1e-12)`).
 
-mutmut and cosmic-ray were not taken: both try every error of a file with one command of tests, where a draw over rooms
-asks the tests nearest to each line first, and both keep what numba compiled from the file as it was.
+mutmut and cosmic-ray were not tried: wanted is a draw over rooms that asks the tests nearest to each line first.
 """
 
 from __future__ import annotations
