@@ -26,9 +26,9 @@ class Evidence:
     heldout_change: relative change of the weighted squared error on flights not fitted, with its 95 % interval;
     flights_better: folds in which it falls, of all; selected: share of resamples in which it falls; rise: by how much
     the error on the most affected axis rises without it, in units of the floor; by_axis: that of each axis; axis: the
-    most affected one; takes: mean squared error (slow, weighed by coherence) that it takes off each axis, flights not
-    fitted; gain: the sum over the axes of the logarithm by which that root mean square error falls; probability: that
-    it is needed; form_error: share by which its size differs between parts of the flights.
+    most affected one; falls: the logarithm by which the root mean square error (slow, weighed by coherence) of flights
+    not fitted falls on each axis on which it acts; gain: their sum; probability: that it is needed; form_error: share
+    by which its size differs between parts of the flights.
     """
 
     heldout_change: float
@@ -38,7 +38,7 @@ class Evidence:
     rise: float
     axis: str
     by_axis: dict[str, float] = field(default_factory=dict)
-    takes: dict[str, float] = field(default_factory=dict)
+    falls: dict[str, float] = field(default_factory=dict)
     gain: float = 0.0
     probability: float = 0.0
     form_error: float = 0.0
@@ -118,6 +118,13 @@ def evidence_of_absent(whole: Fit, choice: int, rng: np.random.Generator) -> Evi
     return _against(whole, without, with_it, nats / overdispersion(whole)[0], mine, rng, added.theta)
 
 
+def gain_beside(whole: Fit, choice: int) -> float:
+    """The logarithm by which errors of flights that were not fitted fall with one more effect: `Evidence.gain`."""
+    added, mine = whole.scorer.solution((*whole.chosen, choice)), whole.linear.choices[choice].columns
+    without, kept = _Left.of(whole, whole.solution.each), _Left.of(whole, added.each)
+    return float(_falls(without, kept)[acts(whole.linear.absent, mine, added.theta, kept.believed)].sum())
+
+
 def _against(
     whole: Fit, out: _Left, kept: _Left, nats: float, mine: Sequence[int], rng, theta: Array | None = None
 ) -> Evidence:
@@ -132,7 +139,7 @@ def _against(
     rise = np.maximum((lost - left).sum(axis=1) / np.maximum(sums.windows.sum(axis=1), 1), takes / floor)
     # What other numbers do on an axis meanwhile is not this effect's doing.
     own = acts(sums, mine, whole.solution.theta if theta is None else theta, kept.believed)
-    rise = np.where(own, rise, 0.0)
+    rise, falls = np.where(own, rise, 0.0), _falls(out, kept)
     total = float(lost.sum())
     return Evidence(
         float((left.sum() - total) / max(total, 1e-300)),
@@ -142,8 +149,8 @@ def _against(
         float(rise.max()),
         sums.axes[int(np.argmax(rise))],
         dict(zip(sums.axes, map(float, rise), strict=True)),
-        dict(zip(sums.axes, map(float, takes), strict=True)),
-        float(_falls(out, kept)[own].sum()),
+        {a: float(x) for a, x, o in zip(sums.axes, falls, own, strict=True) if o},
+        float(falls[own].sum()),
         float(1.0 / (1.0 + np.exp(-np.clip(nats, -50.0, 50.0)))),
         form_error(whole, mine, whole.solution.theta if theta is None else theta),
     )

@@ -3,7 +3,8 @@
 An effect belongs to the group of another when, in its place, it leaves the data as probable (odds below twenty to one,
 tempered by how much the data scatter beyond the noise model), or when it takes most of the same error off flights that
 were not fitted beside the file as it is, and beside a file as wrong as this one what it leaves does not matter. What it
-explains beside the other as well is none of the other's: only what the other still adds to it tells them apart.
+explains beside the other as well, and predicts, is none of the other's: only what the other adds to it tells them
+apart.
 """
 
 from __future__ import annotations
@@ -12,7 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from infotraj.diagnosis.judge.evidence import left_by_set, overdispersion, rise_beside
+from infotraj.diagnosis.judge.evidence import gain_beside, left_by_set, overdispersion, rise_beside
+from infotraj.diagnosis.judge.needed import TELLS
 from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.search import Fit, Search
 
@@ -41,6 +43,9 @@ def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival
         return []
     scores = whole.scorer.scores([rest, *((*rest, i) for i in open_to)])
     both = np.maximum(whole.scorer.scores([(*whole.chosen, i) for i in open_to]), whole.solution.score)
+    for k in np.flatnonzero(both > whole.solution.score):
+        if gain_beside(whole, open_to[k]) < TELLS:
+            both[k] = whole.solution.score
     least = AS_PROBABLE * overdispersion(whole)[0]
     gain = whole.solution.score - scores[0]
     now = left_by_set(whole)

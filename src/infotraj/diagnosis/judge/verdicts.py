@@ -140,20 +140,24 @@ class Judge:
             return "Plausible", f"{chance} of flights that were not fitted"
         if e.form_error >= _CHANGES:
             return "Plausible", f"its size changes from place to place by {100 * e.form_error:.0f} %"
-        beside = "" if half else self._beside_more(e)
+        beside = "" if e.gain >= _HALVES else self._beside_more(e)
         return ("Plausible", beside) if beside else (None, "")
 
     def _beside_more(self, e: Evidence) -> str:
-        """That more structure is left than the effect takes off, where it acts; empty if not.
+        """That more of what goes with the motion is left than the effect takes off, where it acts most; empty if not.
 
-        Axes count by how much the effect acts there; both in units of what noise leaves.
+        Over a plane: what turns with the vehicle, or acts beside its axes, is in both of them.
         """
-        acts = {a: r for a, r in e.by_axis.items() if r > 0.0 and e.takes[a] > 0.0}
-        left = {s.axis: s.rise for s in self.left.axes}
-        more = sum(r * (left.get(a, 0.0) - r) for a, r in acts.items())
-        if more <= 0.0:
+        planes: dict[tuple[str, bool], list[str]] = {}
+        for a in e.falls:
+            planes.setdefault((a[:-1], a[-1] == "z"), []).append(a)
+        if not planes:
             return ""
-        axis = max(acts, key=lambda a: acts[a] * left.get(a, 0.0))
+        most = max(planes, key=lambda p: sum(e.falls[a] for a in planes[p]))
+        left = {s.axis: s.rise for s in self.left.axes if (s.axis[:-1], s.axis[-1] == "z") == most}
+        if not left or sum(left.values()) <= sum(e.by_axis[a] for a in planes[most]):
+            return ""
+        axis = max(left, key=lambda a: left[a])
         group = refusal.axis_group(axis) or axis
         return f"on {group} more is left that goes with the motion than it takes off: it may be part of that"
 

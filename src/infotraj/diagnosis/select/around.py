@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from infotraj.diagnosis.linear.candidates import Candidate, Variant, places, read, written
+from infotraj.diagnosis.linear.candidates import variants as own_variants
 from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.linear.sensitivities import sensitivities
 from infotraj.diagnosis.linear.sums import Sums, gathered
@@ -234,14 +235,18 @@ def linearised(
     more: Mapping[str, Sequence[Variant]] | None = None,
     like: Linear | None = None,
     frozen: bool = False,
+    anew: bool = False,
 ) -> Linear:
     """The model around `point`, with the columns of all candidates.
 
     more: further linearisations by label; like: an earlier one, whose columns of absent effects are used again, but for
-    those that act only beside others which have changed; frozen: its weights are used again, too.
+    those that act only beside others which have changed; frozen: its weights are used again, too; anew: no column is,
+    only its linearisations.
     """
-    vehicle, more, flights = observation.vehicle, more or {}, len(observation.samples)
+    vehicle, more, flights = observation.vehicle, dict(more or {}), len(observation.samples)
     inside, asked = {m.candidate.label for m in point}, {c.label for c in known}
+    if like is not None and anew:
+        more |= _further(like, known)
     absent = [c for c in known if c.label not in inside]
     old: list[int] = []  # columns of `like` that are used again
     reused: list[Choice] = []
@@ -250,7 +255,7 @@ def linearised(
     if like is not None:
         names = {m.candidate.name for m in point}
         changed = names ^ {m.candidate.name for m in like.point}
-        again = {c.label for c in known if c.label in more or changed & {*c.cls.beside}}
+        again = {c.label for c in known if anew or c.label in more or changed & {*c.cls.beside}}
         near = {m.candidate.label: own for m in point if (own := _columns_near(like, m)) is not None}
         for choice, variant in zip(like.choices, like.variants, strict=True):
             if variant is not None and choice.label not in inside and choice.label not in again:
@@ -304,6 +309,15 @@ def linearised(
     return Linear(
         observation, tuple(point), tuple(columns), tuple(choices), tuple(variants), tuple(parts), weighed, sums
     )
+
+
+def _further(like: Linear, known: Sequence[Candidate]) -> dict[str, list[Variant]]:
+    """The linearisations of each candidate that are not its own, by label."""
+    found: dict[str, list[Variant]] = {}
+    for c in known:
+        every = [v for x, v in zip(like.choices, like.variants, strict=True) if x.label == c.label and v is not None]
+        found[c.label] = every[len([v for v in own_variants(c, like.observation.vehicle) if v.points]) :]
+    return {label: own for label, own in found.items() if own}
 
 
 def balanced(s: Spectrum, without: Sequence[int]) -> None:

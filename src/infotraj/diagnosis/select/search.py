@@ -99,6 +99,7 @@ class Search:
     def best(self, now: Linear) -> Fit:
         """The most probable set of effects, fitted. now: where it begins."""
         found = self._from(Fit(now, *searched(now), self.known))
+        found = self._anew(found)
         best = max((found, *self._partnered(found)), key=lambda f: f.solution.score)
         return self._within(found if best is found else self._settled(best, best.labels, 3 * _ROUNDS, False))
 
@@ -115,6 +116,19 @@ class Search:
             if set(before) == set(made.labels) and _gain_left(now, solution) < _SETTLED:
                 break
         return made
+
+    def _anew(self, made: Fit) -> Fit:
+        """The best set where the columns of what is not in the model are made beside the file as it is found to be.
+
+        The first are made beside the file as it is given: where its numbers have moved, an effect that acts on what
+        they change would not be told from them as it is. The healthy model is near what flights show from the start.
+        """
+        now, inside = made.linear, {m.candidate.label for m in made.members}
+        if self.observation.healthy is not None or all(m.candidate.label in inside for m in now.point):
+            return made
+        fresh = linearised(self.observation, now.point, self.known, like=now, anew=True)
+        chosen, scales, solution = searched(fresh, fresh.labelled(made.labels), made.scales, self.barred.keys())
+        return self._from(replace(made, linear=fresh, chosen=chosen, scales=scales, solution=solution))
 
     def _within(self, made: Fit) -> Fit:
         """The best set of which no number ends at a physical bound: what needs that stands for something else.
