@@ -187,6 +187,38 @@ def test_a_design_tells_more_than_a_calm_flight_and_stays_in_its_limits():
     assert shares[0] < shares[1]
 
 
+def test_odds_that_would_pass_count_only_where_the_diagnosis_says_which():
+    found, _ = flown()
+    said = found.finding("linear_drag")
+    assert said.verdict == "Supported"
+    sure = separated(found, "linear_drag", "com_offset")
+    assert sure.fitted == sure.question.odds > AS_PROBABLE
+    open_still = [replace(f, verdict="Plausible") if f.name == said.name else f for f in found.findings]
+    unsure = separated(replace(found, findings=tuple(open_still)), "linear_drag", "com_offset")
+    assert unsure.fitted == sure.fitted
+    assert unsure.question.odds == 0.0
+
+
+def test_fits_that_lose_by_settling_are_compared_in_one_linearisation(monkeypatch):
+    found, _ = flown()
+    own = type(found.search).fitted
+    assert not separated(found, "linear_drag", "quadratic_drag").question.straight
+
+    def worse(self, labels, like, scales=None, rounds=2):
+        made = own(self, labels, like, scales, rounds)
+        return replace(made, solution=replace(made.solution, score=made.solution.score - (40.0 if rounds else 0.0)))
+
+    monkeypatch.setattr(type(found.search), "fitted", worse)
+    asked = separated(found, "linear_drag", "quadratic_drag")
+    assert asked.question.straight
+    last = replace(found.search.observation, samples=found.search.observation.samples[-1:])
+    last = replace(last, transforms=last.transforms[-1:])
+    straight, curved = (replace(asked.question, straight=s).gram(last).products for s in (True, False))
+    assert straight[:-1, :-1] == pytest.approx(curved[:-1, :-1])
+    # What the two predict differs by what their numbers say, as far as the model is linear in them.
+    assert straight[-1, -1] == pytest.approx(curved[-1, -1], rel=0.1)
+
+
 def test_a_flight_like_one_of_two_narrows_a_number_no_more_than_two_do():
     """The next flight's data scatter as the flown ones do, beyond the noise model."""
     found, _ = flown()

@@ -10,6 +10,7 @@ import numpy as np
 from infotraj.design.worth import Question, belief
 from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.judge.evidence import overdispersion
+from infotraj.diagnosis.judge.groups import AS_PROBABLE
 from infotraj.diagnosis.select.search import Fit
 from infotraj.errors import InputError, UsageError, problem
 
@@ -18,11 +19,15 @@ _MOST = 3  # questions that are asked at once: the first of a long list
 
 @dataclass(frozen=True)
 class Asked:
-    """A question and its words: the two explanations' names, the second empty where an effect is held against none."""
+    """A question and its words: the two explanations' names, the second empty where an effect is held against none.
+
+    fitted: log odds of the first as the two fits have them, believed or not.
+    """
 
     question: Question
     first: str
     second: str
+    fitted: float
 
     @property
     def words(self) -> str:
@@ -36,8 +41,9 @@ def separated(found: Diagnosis, first: str, second: str) -> Asked:
     if labels[0] == labels[1]:
         raise UsageError(problem(f"--separate {first} {second}", "two effects", "Name another."))
     rest = [x for x in found.whole.labels if x not in labels]
-    fits = [_fitted(found, [*rest, x]) for x in labels]
-    return Asked(_question(fits[0], fits[1]), *labels)
+    fits, straight = _both(found, [[*rest, x] for x in labels])
+    said = [found.finding(x.split()[0]).verdict == "Supported" for x in labels]
+    return _asked(fits[0], fits[1], *labels, said=said[0] != said[1], straight=straight)
 
 
 def determined(found: Diagnosis, name: str) -> Question:
@@ -59,7 +65,7 @@ def open_questions(found: Diagnosis) -> list[Asked]:
             label = _label(found, f.name)
             rest = [x for x in found.whole.labels if x != label]
             with_it = found.whole if label in inside else _fitted(found, [*rest, label])
-            asked.append(Asked(_question(with_it, _fitted(found, rest)), label, ""))
+            asked.append(_asked(with_it, _fitted(found, rest), label, "", said=False))
     return asked[:_MOST]
 
 
@@ -72,10 +78,32 @@ def _alone(fit: Fit) -> Question:
     return Question(belief(fit), None, spread=overdispersion(fit)[0])
 
 
-def _question(first: Fit, second: Fit) -> Question:
+def _asked(first: Fit, second: Fit, *names: str, said: bool, straight: bool = False) -> Asked:
+    """said: whether the diagnosis says which it is; straight: both fits are in one linearisation.
+
+    Each explanation is fitted around its own numbers, and a wrong file can be bent to either: odds that would pass for
+    a verdict, where the flights that were not fitted gave none, are no evidence. They count as even.
+    """
     spread = overdispersion(first)[0]
-    odds = (first.solution.score - second.solution.score) / spread
-    return Question(belief(first), belief(second), float(odds), spread)
+    odds = float((first.solution.score - second.solution.score) / spread)
+    believed = odds if said or abs(odds) < AS_PROBABLE else 0.0
+    return Asked(Question(belief(first), belief(second), believed, spread, straight), names[0], names[1], odds)
+
+
+def _both(found: Diagnosis, sets: list[list[str]]) -> tuple[list[Fit], bool]:
+    """Two sets, each fitted around its own numbers; where that lost what the straight model had, both in that one.
+
+    Around its own numbers a fit should only gain. Beside an effect that few data bear (a load found in hover) it may
+    lose a hundred nats instead, each fit another hundred, and their odds mean nothing.
+    """
+    settled = [_fitted(found, x) for x in sets]
+    straight = [found.search.fitted(x, found.whole, rounds=0) for x in sets]
+    least = AS_PROBABLE * overdispersion(found.whole)[0]
+    lost = [
+        np.isfinite(b.solution.score) and not a.solution.score > b.solution.score - least
+        for a, b in zip(settled, straight, strict=True)
+    ]
+    return (straight, True) if any(lost) else (settled, False)
 
 
 def _fitted(found: Diagnosis, labels: list[str] | tuple[str, ...]) -> Fit:

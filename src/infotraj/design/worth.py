@@ -67,13 +67,15 @@ class Gram:
 class Question:
     """One explanation against another, or one alone (its numbers are asked for): `first`, `second`.
 
-    odds: log odds of the first now, tempered; spread: by which log odds are tempered.
+    odds: log odds of the first now, tempered; spread: by which log odds are tempered; straight: both are of one
+    linearisation, and what they predict differs as that says.
     """
 
     first: Belief
     second: Belief | None
     odds: float = 0.0
     spread: float = 1.0
+    straight: bool = False
 
     @cached_property
     def _own(self) -> list[int]:
@@ -114,7 +116,18 @@ class Question:
             a = linear.weights.axes.index(s.axis)
             x = s.values[:, 1:] @ combine * np.sqrt(linear.weights.coherence[a] / linear.weights.noise[a])[s.band, None]
             total += x.T @ x
+        if self.straight and self.second is not None:
+            moved = self._numbers(self.second) - self._numbers(self.first)
+            total[-1, :-1] = total[:-1, -1] = total[:-1, :-1] @ moved
+            total[-1, -1] = moved @ total[:-1, -1]
         return Gram(total)
+
+    def _numbers(self, own: Belief) -> Array:
+        """The numbers of an explanation among all columns, (q,), usual sizes; 0 where it has none."""
+        at = self._places
+        out = np.zeros(len(self.first.free) + len(self._own))
+        out[[at[k] for k in own.keys]] = own.fit.solution.theta[list(own.free)]
+        return out
 
     def observed(self, flight: Flight) -> Observation:
         """A flight as the diagnosis would read it."""
@@ -137,13 +150,18 @@ class Question:
 
     def _placed(self, own: Belief, size: int) -> Array:
         """Factor L (size, q) with L L^T the covariance of an explanation's numbers among all columns."""
-        keys = {k: i for i, k in enumerate(self.first.keys)}
+        out = np.zeros((size, len(own.free)))
+        out[[self._places[k] for k in own.keys]] = _factor(own.covariance)
+        return out
+
+    @cached_property
+    def _places(self) -> dict[tuple[str, int], int]:
+        """Where every free number stands among all columns."""
+        at = {k: i for i, k in enumerate(self.first.keys)}
         if self.second is not None:
             labels = dict(zip(self.second.free, self.second.keys, strict=True))
-            keys |= {labels[i]: len(self.first.free) + k for k, i in enumerate(self._own)}
-        out = np.zeros((size, len(own.free)))
-        out[[keys[k] for k in own.keys]] = _factor(own.covariance)
-        return out
+            at |= {labels[i]: len(self.first.free) + k for k, i in enumerate(self._own)}
+        return at
 
     def _gains(self, gram: Gram, true: Array, other: Array, sign: float, rng: np.random.Generator) -> Array:
         """Draws of the tempered log odds that the flight adds for an explanation when it is true."""
