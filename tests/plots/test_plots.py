@@ -320,11 +320,11 @@ def test_text_stays_in_its_column() -> None:
 
 
 def test_the_waterfall_gives_all_axes_of_a_quantity_one_unit(tmp_path):
-    assert waterfall.prefixed("N", 26.0) == (1.0, "N")
-    assert waterfall.prefixed("N", 0.026) == (1e3, "mN")
-    assert waterfall.prefixed("N m", 4.3e-4) == (1e6, "\N{MICRO SIGN}N m")
-    assert waterfall.prefixed("N m", 0.0)[0] == 1e6
-    assert waterfall.prefixed("m/s^2", 0.03) == (1.0, "m/s$^2$")
+    assert style.prefixed("N", 26.0) == (1.0, "N")
+    assert style.prefixed("N", 0.026) == (1e3, "mN")
+    assert style.prefixed("N m", 4.3e-4) == (1e6, "\N{MICRO SIGN}N m")
+    assert style.prefixed("N m", 0.0)[0] == 1e6
+    assert style.prefixed("m/s^2", 0.03) == (1.0, "m/s$^2$")
     rmse = np.array([[6e-3, 2e-3, np.nan, 4e-4, 2e-5, 1e-5], [2e-3, 1e-3, np.nan, 1e-4, 1e-5, 1e-5]])
     given = (["as given", "+ linear drag"], ("fx", "fy", "fz", "tx", "ty", "tz"), rmse, 0.9 * rmse, 1.2 * rmse)
     units = {"force": "N", "torque": "N m"}
@@ -334,11 +334,11 @@ def test_the_waterfall_gives_all_axes_of_a_quantity_one_unit(tmp_path):
     assert [panel.get_title() for panel in panels] == [
         "force x", "force y", "torque x, not judged", "torque y", "torque z",
     ]  # fmt: skip
-    assert [panel.get_xlabel() for panel in panels[2:]] == ["held-out RMSE (\N{MICRO SIGN}N m)"] * 3
+    assert [panel.get_xlabel() for panel in panels[2:]] == ["held-out RMSE [\N{MICRO SIGN}N m]"] * 3
     assert [bar.get_width() for bar in panels[0].patches] == pytest.approx([6.0, 2.0])
     assert [text.get_text().split(",")[0] for text in figure.legends[0].get_texts()] == [
         "95 % interval",
-        "sensor noise",
+        "noise floor",
     ]
     waterfall.waterfall(*given, 0.1 * rmse[0], units, tmp_path / "w.png", refused={"tx"})
     assert (tmp_path / "w.png").stat().st_size > 5000

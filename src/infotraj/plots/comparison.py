@@ -17,6 +17,7 @@ from infotraj.plots import style
 
 MODEL_COLORS = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE, style.ORANGE)
 SPAN = 10.0  # s of a flight that the time series show
+_FLAT = 5.0  # a mean this many times the reach of the rest would leave the rest no room in a panel
 _TICKS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 
 
@@ -38,7 +39,8 @@ def draw_wrench(comparison: Comparison) -> Figure:
     """Measured and predicted wrench over the 10 s in which the worst flight is worst, and the residual over the flight.
 
     Left: measured in black, each model in its colour. Right: residual of each model with the band (2 floor) in which
-    nothing is left to explain; the grey part is what the left side shows.
+    nothing is left to explain; the grey part is what the left side shows. Of one model a residual that is all but its
+    mean is drawn beside it, and the mean is given as a number.
     """
     k = worst_flight(comparison.models[0].errors)
     first = comparison.models[0].errors[k]
@@ -46,27 +48,43 @@ def draw_wrench(comparison: Comparison) -> Figure:
     start, stop = _worst_span(first)
     figure = style.figure(style.DOUBLE, 0.6 + 1.02 * len(answered))
     panels = figure.subplots(len(answered), 2, squeeze=False, sharex="col", width_ratios=[1.0, 1.15])
+    inside = (first.t >= start) & (first.t <= stop)
     for row, a in enumerate(answered):
-        unit = first.unit["force" if a < 3 else "torque"]
+        what = "force" if a < 3 else "torque"
+        alike = [i for i in answered if (i < 3) == (a < 3)]  # one unit for all forces, one for all torques
+        shown = [
+            first.measured[inside][:, alike],
+            *(m.errors[k].predicted[inside][:, alike] for m in comparison.models),
+        ]
+        factor, unit = style.prefixed(first.unit[what], float(np.nanmax(np.abs(shown))))
         left, right = panels[row]
-        inside = (first.t >= start) & (first.t <= stop)
-        left.plot(first.t[inside], first.measured[inside, a], color=style.INK, lw=1.4, label="measured")
-        right.axvspan(start, stop, color="#F2F2F2", lw=0, zorder=0)
-        right.axhspan(-2 * first.floor[a], 2 * first.floor[a], color=style.SKY, alpha=0.45, lw=0, zorder=1,
-                      label="±2 floor: noise")  # fmt: skip
-        for m, model in enumerate(comparison.models):
+        left.plot(first.t[inside], factor * first.measured[inside, a], color=style.INK, lw=1.4, label="measured")
+        if not inside.all():
+            right.axvspan(start, stop, color="#F2F2F2", lw=0, zorder=0)
+        floor = factor * first.floor[a]
+        right.axhspan(-2 * floor, 2 * floor, color=style.SKY, alpha=0.45, lw=0, zorder=1, label="±2 floor: noise")
+        residuals = [factor * m.errors[k].residual[:, a] for m in comparison.models]
+        rms, taken = float(np.sqrt(np.nanmean(residuals[0] ** 2))), 0.0
+        beside = residuals[0] - np.nanmean(residuals[0])
+        if len(residuals) == 1 and abs(np.nanmean(residuals[0])) > _FLAT * max(_reach(beside), 2.6 * floor):
+            taken = float(np.nanmean(residuals[0]))
+            residuals = [beside]
+        for m, (model, residual) in enumerate(zip(comparison.models, residuals, strict=True)):
             error, color = model.errors[k], MODEL_COLORS[m % len(MODEL_COLORS)]
-            name = Path(model.name).stem
-            left.plot(error.t[inside], error.predicted[inside, a], color=color, lw=1.0, label=name)
-            right.plot(error.t, error.residual[:, a], color=color, lw=0.7, label=name, zorder=2)
+            name = f"predicted by {Path(model.name).stem}"
+            left.plot(error.t[inside], factor * error.predicted[inside, a], color=color, lw=1.0, label=name)
+            right.plot(error.t, residual, color=color, lw=0.7, label=name, zorder=2)
         # one loss of signal must not squeeze the rest of the residual into a line
-        seen = np.concatenate([m.errors[k].residual[:, a] for m in comparison.models])
-        reach = 1.15 * max(np.nanpercentile(np.abs(seen), 99.7), 2.6 * first.floor[a])
-        right.set_ylim(-reach, reach)
-        left.set_ylabel(f"{AXES[a]} [{_math(unit)}]")
-        rms = float(np.sqrt(np.nanmean(first.residual[:, a] ** 2)))
-        times = f", {rms / first.floor[a]:.1f} x floor" if first.floor[a] > 0 else ""
-        right.set_title(f"RMSE {rms:.3g} {_math(unit)}{times}", loc="right", fontsize=7.5, pad=1.5)
+        low, high = np.nanpercentile(np.concatenate(residuals), [0.15, 99.85])
+        low, high = min(low, -2.6 * floor), max(high, 2.6 * floor)
+        room = 0.08 * (high - low) or 1.0  # 1: an exact model of a simulated flight
+        right.set_ylim(low - room, high + room)
+        left.set_ylabel(f"{AXES[a]} [{unit}]")
+        text = f"RMSE {rms:.3g} {unit}" + (f", {rms / floor:.1f} × floor" if floor > 0 else "")
+        text += f"; drawn less its mean of {taken:+.3g} {unit}".replace("-", "−") if taken else ""
+        right.set_title(text, loc="right", fontsize=7.5, pad=1.5)
+        left.set_xlim(first.t[inside][0], first.t[inside][-1])
+        right.set_xlim(first.t[0], first.t[-1])
     panels[0, 0].set_title("measured and predicted", loc="left")
     panels[0, 1].set_title("residual", loc="left")
     for axes in panels[-1]:
@@ -167,5 +185,5 @@ def _worst_span(error: EquationError) -> tuple[float, float]:
     return start, start + SPAN
 
 
-def _math(unit: str) -> str:
-    return unit.replace("^2", "$^2$")
+def _reach(values: np.ndarray) -> float:
+    return float(np.nanpercentile(np.abs(values), 99.7))

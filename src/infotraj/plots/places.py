@@ -16,7 +16,8 @@ from infotraj.locating.places import ALPHA, LEAST_EXCESS, Found, Place
 from infotraj.locating.ranges import by_range, place_spans
 from infotraj.plots import residuals, style
 
-MOST_PLACES = 6
+MOST_PLACES, MOST_NAMED = 6, 8  # panels of residuals; places that the heat map numbers and says in words
+_TICKS = (0.3, 1, 3, 10, 30, 100, 300, 1000, 3000, 10000)
 
 
 def place_figures(located: Located, folder: str | Path) -> list[Path]:
@@ -36,8 +37,8 @@ def place_figures(located: Located, folder: str | Path) -> list[Path]:
 def draw_places(located: Located) -> Figure:
     """Heat map: how much squared error of each axis goes with each quantity, in units of the floor's square.
 
-    Numbers on the map: the places in their order, worst first. Cells within the floor stay white: nothing there. A
-    quantity meant for one axis alone (the tilt rate as it turns fx) shares a column with its siblings.
+    Numbers on the map: the places that are named above it, worst first. Cells within the floor stay white.
+    A quantity meant for one axis alone (the tilt rate as it turns fx) shares a column with its siblings.
     """
     columns, rows = _columns(located)
     table = np.full((len(rows), len(columns)), np.nan)
@@ -48,7 +49,7 @@ def draw_places(located: Located) -> Figure:
                     excess = _excess(found, a, k)
                     i, j = rows.index(axis), columns.index(_short(name))
                     table[i, j] = np.nanmax([table[i, j], excess])
-    figure = style.figure(style.DOUBLE, 1.5 + 0.33 * len(rows) + 0.13 * min(len(located.places), MOST_PLACES))
+    figure = style.figure(style.DOUBLE, 1.5 + 0.33 * len(rows) + 0.13 * min(len(located.places), MOST_NAMED))
     axes = figure.subplots()
     shown = np.where(table > LEAST_EXCESS, table, np.nan)
     top = max(10.0, float(np.nanmax(shown)) if np.isfinite(shown).any() else 10.0)
@@ -60,16 +61,19 @@ def draw_places(located: Located) -> Figure:
     axes.grid(which="minor", color="#DDDDDD", lw=0.5)
     axes.grid(which="major", visible=False)
     axes.tick_params(which="minor", length=0)
-    for n, place in enumerate(located.places):
+    for n, place in enumerate(located.places[:MOST_NAMED]):
         at = (columns.index(_short(place.quantity.name)), rows.index(place.axis))
         color = "white" if table[at[1], at[0]] > 0.3 * top else style.INK
         axes.annotate(str(n + 1), at, ha="center", va="center", weight="bold", color=color, fontsize=10)
     bar = figure.colorbar(image, ax=axes, pad=0.01, fraction=0.04)
-    bar.set_label("squared error that goes\nwith it, over floor$^2$")
+    bar.set_label("squared error that goes with it,\nover floor$^2$ (white: none)")
+    ticks = [v for v in _TICKS if LEAST_EXCESS <= v <= top]
+    bar.set_ticks(ticks, labels=[f"{v:g}" for v in ticks])
+    bar.minorticks_off()
     if not located.places:
         axes.set_title("no place: what is left is the noise floor, or the same everywhere", loc="left")
     else:
-        lines = [_headline(n, p) for n, p in enumerate(located.places[:MOST_PLACES])]
+        lines = [_headline(n, p) for n, p in enumerate(located.places[:MOST_NAMED])]
         axes.set_title("\n".join(lines), loc="left", fontsize=8, linespacing=1.15)
     return figure
 
@@ -124,7 +128,8 @@ def _headline(n: int, place: Place) -> str:
         where = sentences.condition(place.quantity, at).replace(place.quantity.name, _short(place.quantity.name))
         return (
             text
-            + f"{at.ratio:.1f} times the rest when {where} ({100 * at.samples:.0f} % hold {100 * at.squares:.0f} %)"
+            + f"{at.ratio:.1f} times the rest when {where} "
+            + f"({100 * at.samples:.0f} % of the samples, {100 * at.squares:.0f} % of the squared error)"
         )
     return (
         text

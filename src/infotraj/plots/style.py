@@ -42,6 +42,8 @@ LABELS = {
     "none": "no learning",
 }
 
+PREFIXES = (("", 1.0), ("m", 1e3), ("\N{MICRO SIGN}", 1e6))
+
 RC: dict[Any, Any] = {
     "font.family": "serif",
     "font.serif": ["STIXGeneral"],
@@ -111,6 +113,16 @@ def checked(table: pd.DataFrame, columns: Iterable[str], what: str) -> pd.DataFr
     if table.empty:
         raise InputError(problem(f"{what}: no rows", "at least one", "Run what it is made from."))
     return table
+
+
+def prefixed(unit: str, largest: float) -> tuple[float, str]:
+    """What values up to `largest`, in `unit`, are multiplied by to be shown in the unit that is given with it.
+
+    N and N m get the prefix that leaves `largest` at 1 or above; other units stay as they are.
+    """
+    options = PREFIXES if unit.startswith("N") else PREFIXES[:1]
+    prefix, factor = next((o for o in options if largest * o[1] >= 1.0), options[-1])
+    return factor, prefix + unit.replace("^2", "$^2$")
 
 
 def sideways(count: int, width: float) -> Array:

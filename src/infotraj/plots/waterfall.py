@@ -11,8 +11,7 @@ from matplotlib.figure import Figure
 from infotraj.plots import style
 from infotraj.rotations import Array
 
-_PREFIXES = (("", 1.0), ("m", 1e3), ("\N{MICRO SIGN}", 1e6))
-_INTERVAL, _NOISE = "95 % interval, stretches of the flights resampled", "sensor noise"
+_INTERVAL, _NOISE = "95 % interval, stretches of the flights resampled", "noise floor"
 _PALE_BLUE = "#B8DCF2"
 
 
@@ -35,16 +34,6 @@ def waterfall(
     style.write(lambda: _drawn(labels, axes, rmse, low, high, floor, unit, refused), *paths)
 
 
-def prefixed(unit: str, largest: float) -> tuple[float, str]:
-    """What values up to `largest`, in `unit`, are multiplied by to be shown in the unit that is given with it.
-
-    N and N m get the prefix that leaves `largest` at 1 or above; other units stay as they are.
-    """
-    options = _PREFIXES if unit.startswith("N") else _PREFIXES[:1]
-    prefix, factor = next((o for o in options if largest * o[1] >= 1.0), options[-1])
-    return factor, prefix + unit.replace("^2", "$^2$")
-
-
 def _drawn(labels, axes, rmse, low, high, floor, unit, refused) -> Figure:
     shown = [i for i in range(len(axes)) if np.isfinite(rmse[:, i]).all()]
     rows = 2 if len(shown) > 3 else 1
@@ -57,7 +46,7 @@ def _drawn(labels, axes, rmse, low, high, floor, unit, refused) -> Figure:
         what = "force" if axes[i][0] == "f" else "torque"
         # All panels of a quantity share its unit: their numbers are read against each other.
         largest = max(rmse[:, k].max() for k in shown if axes[k][0] == axes[i][0])
-        factor, name = prefixed(unit[what], largest)
+        factor, name = style.prefixed(unit[what], largest)
         value = factor * rmse[:, i]
         around = [np.maximum(value - factor * low[:, i], 0.0), np.maximum(factor * high[:, i] - value, 0.0)]
         left_out = axes[i] in refused
@@ -65,10 +54,15 @@ def _drawn(labels, axes, rmse, low, high, floor, unit, refused) -> Figure:
         panel.barh(place, value, color=[first, *[further] * (len(place) - 1)], height=0.6)
         bars = panel.errorbar(value, place, xerr=around, fmt="none", ecolor=style.INK, elinewidth=0.8)
         handles[_INTERVAL] = bars
+        for y, number, end in zip(place, value, np.fmax(factor * high[:, i], value), strict=True):
+            text = f"{number:#.3g}".rstrip(".")
+            panel.annotate(text, (end, y), (4, 0), textcoords="offset points", va="center", fontsize=7,
+                           bbox={"fc": "white", "ec": "none", "pad": 0.8, "alpha": 0.8})  # fmt: skip
+        panel.set_xlim(right=1.22 * np.fmax(factor * high[:, i], value).max())  # room for the numbers
         if np.isfinite(floor[i]):
             handles[_NOISE] = panel.axvline(factor * floor[i], color=style.VERMILION, linewidth=1.0, linestyle="--")
         panel.set_title(f"{what} {axes[i][1]}" + (", not judged" if left_out else ""))
-        panel.set_xlabel(f"held-out RMSE ({name})")
+        panel.set_xlabel(f"held-out RMSE [{name}]")
         panel.set_yticks(place, labels)
         panel.locator_params(axis="x", nbins=4)
     panels[0, 0].invert_yaxis()
