@@ -35,6 +35,15 @@ def test_a_wrap_is_dated_at_the_first_sample_on_the_other_side(modulus):
     assert np.array_equal(found.rows, over)
 
 
+def test_a_column_that_dwells_near_both_ends_wraps_while_it_passes_the_middle_slowly():
+    slow = 0.5 - 0.5 * np.cos(np.pi * (T / 4.0 % 1.0))
+    turn = np.pi - np.pi * np.cos(np.pi * slow)  # two fifths of its time away from the ends
+    assert 0.35 < ((turn > 0.2 * np.pi) & (turn < 1.8 * np.pi)).mean() < 0.45
+    (found,) = jumped("wx", turn)
+    assert found.code == "wrapped"
+    assert np.allclose(found.times, [4.0, 8.0, 12.0, 16.0])
+
+
 def test_a_sign_that_changes_is_dated_likewise_and_the_fewer_rows_are_wrong():
     x = RISE.copy()
     x[600:900] *= -1.0

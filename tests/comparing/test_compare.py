@@ -256,6 +256,28 @@ def test_figures_and_recording_are_written(tmp_path, dragged):
         assert entity in entities
 
 
+def test_a_residual_that_is_all_mean_is_drawn_beside_its_mean_and_says_so(quiet):
+    from infotraj.plots.comparison import draw_wrench
+
+    made = compare({"model": load_model(QUADROTOR)}, [quiet])
+    (error,) = made.models[0].errors
+
+    def panel_of(fz):
+        off = replace(error, predicted=error.predicted + np.array([0, 0, fz, 0, 0, 0]))
+        figure = draw_wrench(replace(made, models=(replace(made.models[0], errors=(off,)),)))
+        panel = next(b for a, b in zip(figure.axes[::2], figure.axes[1::2], strict=True) if "fz" in a.get_ylabel())
+        low, high = panel.get_ylim()
+        drawn = panel.lines[0].get_ydata()
+        return panel.get_title(loc="right"), (np.nanmax(drawn) - np.nanmin(drawn)) / (high - low), low, high
+
+    title, share, *_ = panel_of(-3.0)
+    assert "less its mean of +" in title
+    assert share > 0.4
+    title, _, low, high = panel_of(0.0)
+    assert "mean" not in title
+    assert low < 0.0 < high
+
+
 def test_a_prediction_far_worse_than_none_leaves_its_columns_apart(quiet):
     made = compare({"model": load_model(QUADROTOR)}, [quiet])
     (error,) = made.models[0].errors

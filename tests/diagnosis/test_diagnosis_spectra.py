@@ -146,6 +146,13 @@ def test_a_window_of_the_flights_is_all_that_blocks_know():
     assert len(flight_samples(Model(vehicle), Flight(table), 6.0, None).channels) == 4
 
 
+def test_the_times_of_coefficients_are_those_of_the_samples():
+    t = 50.0 + STEP * np.arange(6000)
+    burst = (t > 59.0) & (t < 71.0)
+    made, c = turned(np.where(burst, np.random.default_rng(0).standard_normal(len(t)), 0.0), t=t)
+    assert np.average(made.time, weights=c**2) == pytest.approx(65.0, abs=0.4)
+
+
 def test_a_straight_line_stays_straight_across_a_gap():
     t = STEP * np.arange(2000)
     t = t[(t < 4.0) | (t > 4.2)]

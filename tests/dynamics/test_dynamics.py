@@ -65,6 +65,17 @@ def test_allocation_refuses_a_rotor_beside_the_axis_of_its_tilt(omav):
         _ = Allocation(parse_vehicle(content)).matrix
 
 
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_allocation_refuses_a_rotor_that_leans_along_the_axis_of_its_tilt_to_either_side(omav, side):
+    content = omav.model_dump()
+    rotor = content["rotors"][0]
+    along = np.array(content["tilts"][rotor["tilt"]]["axis"])
+    rotor["position"] = tuple(0.3 * along)  # on the axis of the tilt, whichever way the thrust points
+    rotor["axis"] = tuple(np.cos(0.2) * np.array(rotor["axis"]) + side * np.sin(0.2) * along)
+    with pytest.raises(InputError, match="beside the axis"):
+        _ = Allocation(parse_vehicle(content)).matrix
+
+
 def test_tilt_turns_the_thrust_right_handed_about_the_outward_axis(omav):
     tilt = np.zeros(6)
     tilt[1] = 0.3  # arm 1 points along +y: its thrust leans to +x

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import struct
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +34,14 @@ def _dumped() -> dict[str, list[dict[str, str]]]:
         fields = re.findall(r"(\w+) : (.*?)(?=, \w+ : |$)", body)
         found.setdefault(name, []).append(dict(fields))
     return found
+
+
+def test_whole_numbers_beyond_those_of_a_float_are_read_exactly() -> None:
+    value = 2**53 + 1
+    head = bytes([0xA3, 0x95])
+    form = struct.pack("<BB4s16s64s", 7, 3 + 16, b"BIG", b"Qq", b"Up,Down")
+    log = read_binary(head + bytes([128]) + form + head + bytes([7]) + struct.pack("<Qq", value, -value))
+    assert [int(log.columns["BIG"][c][0]) for c in ("Up", "Down")] == [value, -value]
 
 
 def test_every_number_of_a_real_log_is_what_pymavlink_dumped() -> None:

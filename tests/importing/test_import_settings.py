@@ -188,6 +188,9 @@ CHANGES = {
     "inverse of an inverse": (
         "attitude", {"rotates": "world_to_body"}, "attitude.rotates=world_to_body", "attitude.rotates=body_to_world"
     ),
+    "inverse of what is none": (
+        "attitude", {}, "attitude.rotates=world_to_body", "attitude.rotates=world_to_body"
+    ),
     "a unit as it is": ("rate", {"unit": "deg/s"}, "rate.unit=rad/s", "rate.unit=rad/s"),
     "no reading": ("rate", {}, "nonsense", "nonsense"),
 }  # fmt: skip
