@@ -165,7 +165,7 @@ def diagnose(
             search, whole, why_not = _searched(observation, held, doubts, list(catalog), known, hidden, taken)
     for _ in range(_SEARCHES - 1 if healthy is None else 0):
         # What a fitted model still does not say was no ground to fit it on: it is left out, and the rest judged anew.
-        after_all = refusal.unanswered(search.observation.model(whole.members), flights, start, stop)
+        after_all = refusal.unanswered(search.observation.model(straight(whole)), flights, start, stop)
         late = [d for d in as_accepted(after_all, flights) if not refused_axes(doubts).keys() >= set(d.axes)]
         doubts = once((*doubts, *late))
         if not search.known or not any(d.counts for d in late):
@@ -288,13 +288,14 @@ def _searched(
         left_to += [c for c in file_only(observation.vehicle, known) if c.label not in taken]
         ignored = of_residual(with_mixed(refused_axes(doubts), observation.samples))
         observation = observation.without_axes(ignored)
-    if like is not None and {c.label for c in left_to} == {c.label for c in like.known}:
+    again = like is not None and {c.label for c in left_to} == {c.label for c in like.known}
+    if like is not None and again:
         first = like.linear.weighed_by(like.linear.observation.without_axes(observation.ignored))
     else:
         before = (*held, *_healthy_members(observation, known))
         first = swung(as_commanded(observation, before, left_to), left_to)
     search = Search(first.observation, tuple(left_to), held)
-    return search, search.best(first), why_not
+    return search, search.best(first, like is not None and again and like.exact), why_not
 
 
 def _healthy_members(observation: Observation, known: Sequence[Candidate]) -> tuple[Member, ...]:

@@ -39,7 +39,8 @@ class Fit:
 
     linear: the model around the fitted numbers; chosen: choices of `linear` that are in the set; scales: how far the
     file is off; solution: its numbers, without each fold too; known: the candidates of the search; held: effects
-    that the model had, where their numbers stay as they were.
+    that the model had, where their numbers stay as they were; exact: the model was computed with every number of the
+    file, so that its error is that of the numbers around which it is linear.
     """
 
     linear: Linear
@@ -48,6 +49,7 @@ class Fit:
     solution: Solution
     known: tuple[Candidate, ...] = ()
     held: tuple[Member, ...] | None = None
+    exact: bool = False
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -74,6 +76,21 @@ class Fit:
         """What scores sets beside this one."""
         return self.linear.scorer(self.scales, self.held)
 
+    @property
+    def worth(self) -> float:
+        """Its score where the numbers are that its model was made linear around, not where that leads."""
+        return self.solution.score - 0.5 * max(_gain_left(self.linear, self.solution), 0.0)
+
+    @property
+    def far(self) -> bool:
+        """Whether the model is far from the numbers that the solution leads to."""
+        return _gain_left(self.linear, self.solution) > _FAR * self.linear.absent.error(self.solution.theta).sum()
+
+    @property
+    def promised(self) -> bool:
+        """Whether the model leaves more than twice what the solution says that it leaves."""
+        return _gain_left(self.linear, self.solution) > self.linear.absent.error(self.solution.theta).sum()
+
     def error(self, theta: Array) -> Array:
         """Weighted squared error (axes, blocks) with numbers theta (p,), or (folds, p): each fold under its own."""
         sums = self.linear.absent
@@ -96,18 +113,20 @@ class Search:
     trail: list[str] = field(default_factory=list)
     barred: dict[str, str] = field(default_factory=dict)
 
-    def best(self, now: Linear) -> Fit:
-        """The most probable set of effects, fitted. now: where it begins."""
-        found = self._from(Fit(now, *searched(now), self.known))
-        found = self._anew(found)
-        best = max((found, *self._partnered(found)), key=lambda f: f.solution.score)
+    def best(self, now: Linear, exact: bool = False) -> Fit:
+        """The most probable set of effects, fitted. now: where it begins; exact: it holds every number of the file."""
+        found = self._from(Fit(now, *searched(now), self.known, exact=exact))
+        found = found if exact else self._anew(found)
+        best = max((found, *self._partnered(found)), key=lambda f: f.worth)
         return self._within(found if best is found else self._settled(best, best.labels, 3 * _ROUNDS, False))
 
     def _from(self, made: Fit) -> Fit:
         """The best set, from a fit on: made linear around it and searched again until it settles."""
         self._say(made.linear, made.chosen, made.scales, made.solution)
+        if made.exact:
+            return self._climbed(made)
         for _ in range(_ROUNDS):
-            now = self._stepped(made.linear, made.chosen, made.solution)
+            now = self._stepped(made)
             before = made.labels
             made = replace(made, linear=now)
             chosen, scales, solution = searched(now, now.labelled(before), made.scales, self.barred.keys())
@@ -117,36 +136,62 @@ class Search:
                 break
         return made
 
-    def _anew(self, made: Fit) -> Fit:
-        """The best set where the columns of what is not in the model are made beside the file as it is found to be.
+    def _climbed(self, made: Fit) -> Fit:
+        """The best set, from a fit on, where only what the model itself makes of the flights counts.
 
-        The first are made beside the file as it is given: where its numbers have moved, an effect that acts on what
-        they change would not be told from them as it is. The healthy model is near what flights show from the start.
+        Under the same weights every step must be worth more than the last, so that it ends.
+        """
+        made = self._settled(made, made.labels, _ROUNDS, True)
+        for _ in range(_ROUNDS):
+            now = made.linear
+            chosen, scales, solution = searched(now, made.chosen, made.scales, self.barred.keys())
+            other = replace(made, chosen=chosen, scales=scales, solution=solution)
+            other = self._settled(other, other.labels, _ROUNDS, True)
+            self._say(other.linear, other.chosen, other.scales, other.solution)
+            if other.worth < made.worth + _SETTLED:
+                break
+            made = other
+        return made
+
+    def _anew(self, made: Fit) -> Fit:
+        """The best set around the file as it is found to be, every number of it.
+
+        The first columns are made beside the file as it is given: where its numbers have moved, an effect that acts on
+        what they change would not be told from them as it is. The healthy model is near what flights show from the
+        start.
         """
         now, inside = made.linear, {m.candidate.label for m in made.members}
-        if self.observation.healthy is not None or all(m.candidate.label in inside for m in now.point):
+        point = now.members(made.chosen, made.solution.theta, shift=_LOOSE, straight=True)
+        if self.observation.healthy is not None or all(m.candidate.label in inside for m in point):
             return made
-        fresh = linearised(self.observation, now.point, self.known, like=now, anew=True)
+        point = now.members(made.chosen, made.solution.theta, shift=0.0, straight=True)
+        fresh = linearised(self.observation, point, self.known, like=now, anew=True)
         chosen, scales, solution = searched(fresh, fresh.labelled(made.labels), made.scales, self.barred.keys())
-        return self._from(replace(made, linear=fresh, chosen=chosen, scales=scales, solution=solution))
+        return self._from(replace(made, linear=fresh, chosen=chosen, scales=scales, solution=solution, exact=True))
 
     def _within(self, made: Fit) -> Fit:
         """The best set of which no number ends at a physical bound: what needs that stands for something else.
 
-        Of several at a bound the one goes that is worth least; what it stood for is searched anew.
+        Of several at a bound the one goes that is worth least; what it stood for is searched anew. Where the model
+        does not come to the numbers that it is said to need, no set does.
         """
         while True:
-            if _gain_left(made.linear, made.solution) > _FAR * made.linear.absent.error(made.solution.theta).sum():
+            if made.far:
                 made = self._settled(made, made.labels, 3 * _ROUNDS, False)
             inside = {m.candidate.label for m in made.members if not m.held}
             ended = {k: v for k, v in beyond_bounds(made.members, self.observation.vehicle).items() if k in inside}
             if not ended:
-                return made
+                return self._empty(made) if made.exact and made.promised else made
             sets = {x: tuple(i for i in made.chosen if made.linear.choices[i].label != x) for x in ended}
             least = list(ended)[int(np.argmax(made.scorer.scores(list(sets.values()))))]
             self.barred[least] = ended[least]
             chosen, scales, solution = searched(made.linear, sets[least], made.scales, self.barred.keys())
             made = self._from(replace(made, chosen=chosen, scales=scales, solution=solution))
+
+    def _empty(self, made: Fit) -> Fit:
+        """The model that is given, and no number of its file moved."""
+        bare = replace(made, chosen=(), exact=False)
+        return self._at(bare, (), self._without_others(bare, True))
 
     def _partnered(self, found: Fit) -> Iterator[Fit]:
         """The same with what an effect acts beside exchanged, under the same weights: its columns are made anew."""
@@ -161,7 +206,7 @@ class Search:
                 made = self.fitted(labels, found)
                 chosen, scales, solution = searched(made.linear, made.chosen, made.scales, self.barred.keys())
                 self._say(made.linear, chosen, scales, solution)
-                settled = Fit(made.linear, chosen, scales, solution, self.known)
+                settled = replace(made, chosen=chosen, scales=scales, solution=solution)
                 yield self._settled(settled, settled.labels, 1, True)
 
     def named(self, now: Linear, labels: Sequence[str]) -> Fit:
@@ -187,7 +232,7 @@ class Search:
         held = None if scales is None else self.held
         scales = scales or like.scales
         solution = like.linear.scorer(scales, held).solution(chosen)
-        begun = Fit(like.linear, chosen, scales, solution, like.known, held)
+        begun = Fit(like.linear, chosen, scales, solution, like.known, held, like.exact)
         return self._settled(begun, labels, rounds, True)
 
     def _settled(self, made: Fit, labels: Sequence[str], rounds: int, frozen: bool) -> Fit:
@@ -196,8 +241,12 @@ class Search:
             now = self._without_others(made, frozen)
             columns = sorted({*now.kept, *(c for i in now.labelled(labels) for c in now.choices[i].columns)})
             made = self._at(made, labels, now.weighed_beside(columns))
-        for _ in range(rounds):
-            made = self._at(made, labels, self._stepped(made.linear, made.chosen, made.solution, frozen))
+        for k in range(rounds):
+            after = self._at(made, labels, self._stepped(made, frozen))
+            # The first step may leave another set behind.
+            if made.exact and k and after.worth < made.worth:
+                break
+            made = after
             if abs(_gain_left(made.linear, made.solution)) < _SETTLED:
                 break
         return made
@@ -220,22 +269,26 @@ class Search:
         file = np.array([is_file_number(c.candidate) for c in now.columns])
         taken = np.isin(np.arange(len(file)), [c for i in made.chosen for c in now.choices[i].columns])
         point = now.members(made.chosen, np.where(file & ~taken, 0.0, numbers), shift=np.inf)
-        return linearised(self.observation, point, self.known, like=now, frozen=frozen)
+        return linearised(self.observation, point, self.known, like=now, frozen=frozen or made.exact)
 
-    def _stepped(self, now: Linear, chosen: tuple[int, ...], solution: Solution, frozen: bool = False) -> Linear:
-        """The model around the numbers of a solution, or part of the way there where the error does not fall."""
-        theta = solution.theta
+    def _stepped(self, made: Fit, frozen: bool = False) -> Linear:
+        """The model around the numbers of a solution; where the error does not fall, the best part of the way there."""
+        now, chosen, theta = made.linear, made.chosen, made.solution.theta
         here = now.sums.error(np.zeros(now.sums.width)).sum()
+        there = now.absent.error(theta).sum()
         # A file that is taken as it is may leave more than before: as much as the linear model says is expected.
-        allowed = max(here, _EXPECTED * now.absent.error(theta).sum())
+        allowed = max(here, there + _SETTLED if made.exact else _EXPECTED * there)
+        left: list[tuple[float, tuple[Member, ...]]] = []
         for k in range(_HALVES):
             numbers = now.now + 0.5**k * (theta - now.now)
-            point = now.members(chosen, numbers, shift=_LOOSE)
             # Beside all that the file is off by, as the linear model has it.
             tried = now.members(chosen, numbers, shift=0.0, straight=True)
-            if np.array_equal(theta, now.now) or self._error(now, tried) <= allowed:
+            point = tried if made.exact else now.members(chosen, numbers, shift=_LOOSE)
+            left.append((0.0 if np.array_equal(theta, now.now) else self._error(now, tried), point))
+            if left[-1][0] <= allowed:
                 break
-        return linearised(self.observation, point, self.known, like=now, frozen=frozen)
+        point = min(left, key=lambda x: x[0])[1]
+        return linearised(self.observation, point, self.known, like=now, frozen=frozen or made.exact)
 
     def _error(self, like: Linear, point: Sequence[Member]) -> float:
         """Weighted squared error of the model at a point, under the weights of a linearisation."""
