@@ -7,6 +7,7 @@ that is given or that spoils it leaves the set, and the others are fitted and ju
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -46,6 +47,7 @@ def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
         return asked.judged(whole, [])[0], whole, given(search, whole, [])
     out: dict[str, Finding] = {}  # what left the set because of the model that is given
     why: dict[str, str] = {}
+    impossible: set[str] = set()  # of them, those of which a number ends at a physical bound
     gone: list[Judged] = []
     told, changed = whole, True
     while True:
@@ -53,9 +55,10 @@ def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
             told, judged, more = needed(search, told, asked.rng)
             gone += more
             findings, stand = asked.judged(told, [*judged, *gone])
-            findings = _demoted(tuple(out.get(f.name, f) for f in findings), why)
+            findings = _demoted(tuple(out.get(f.name, f) for f in findings), why, impossible)
         made = given(search, told, _labels(told, named(findings), {n: r.label for n, r in stand.items()}))
-        ended = beyond_bounds((*told.members, *made.fit.members), vehicle) | made.lost
+        at_bound = beyond_bounds((*told.members, *made.fit.members), vehicle)
+        ended = at_bound | made.lost
         confident = {f.name for f in findings if f.verdict in CONFIDENT}
         # Of several rotors of one name one may go alone.
         of_name = {n: [x for x in told.labels if x.split()[0] == n] for n in confident}
@@ -64,7 +67,8 @@ def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
         if not lost and len(rest) == len(told.labels):
             return _with_held_back(findings, made), told, made
         why |= lost
-        demoted = _demoted(findings, why)
+        impossible |= lost.keys() & {x.split()[0] for x in at_bound.keys() - made.lost.keys()}
+        demoted = _demoted(findings, why, impossible)
         out |= {f.name: f for f in demoted if f.name in confident and f.verdict not in CONFIDENT}
         findings, rest = demoted, [x for x in rest if x.split()[0] not in out]
         changed = len(rest) < len(told.labels)
@@ -79,9 +83,11 @@ def _labels(told: Fit, supported: Sequence[str], stand: dict[str, str]) -> list[
     return labels + [label for name, label in stand.items() if name in supported and name not in inside]
 
 
-def _demoted(findings: tuple[Finding, ...], why: Mapping[str, str]) -> tuple[Finding, ...]:
+def _demoted(
+    findings: tuple[Finding, ...], why: Mapping[str, str], impossible: AbstractSet[str]
+) -> tuple[Finding, ...]:
     """The findings without confidence in the names of `why`. What flights could not tell from one of them stays, but
-    where it is left alone."""
+    where it is left alone: what is `impossible` is no rival of it."""
     out = []
     for f in findings:
         if f.verdict in CONFIDENT and f.name in why:
@@ -89,8 +95,9 @@ def _demoted(findings: tuple[Finding, ...], why: Mapping[str, str]) -> tuple[Fin
         elif f.verdict in CONFIDENT and why.keys() & (old := set(f.group)):
             group = tuple(n for n in f.group if n not in why)
             f = replace(f, group=group)
-            if len(group) == 1:
-                lost = next(n for n in why if n in old)
+            if len(group) == 1 and (lost := next(n for n in why if n in old)) in impossible:
+                f = replace(f, verdict="Supported", reason="")
+            elif len(group) == 1:
                 f = replace(f, verdict="Plausible", reason=f"these flights cannot tell it from {lost}: {why[lost]}")
         out.append(f)
     return tuple(out)
