@@ -288,14 +288,15 @@ def _searched(
         left_to += [c for c in file_only(observation.vehicle, known) if c.label not in taken]
         ignored = of_residual(with_mixed(refused_axes(doubts), observation.samples))
         observation = observation.without_axes(ignored)
-    again = like is not None and {c.label for c in left_to} == {c.label for c in like.known}
-    if like is not None and again:
+    if like is not None and {c.label for c in left_to} != {c.label for c in like.known}:
+        like = None
+    if like is not None:
         first = like.linear.weighed_by(like.linear.observation.without_axes(observation.ignored))
     else:
         before = (*held, *_healthy_members(observation, known))
         first = swung(as_commanded(observation, before, left_to), left_to)
     search = Search(first.observation, tuple(left_to), held)
-    return search, search.best(first, like is not None and again and like.exact), why_not
+    return search, search.best(first, like is not None and like.exact), why_not
 
 
 def _healthy_members(observation: Observation, known: Sequence[Candidate]) -> tuple[Member, ...]:

@@ -28,6 +28,7 @@ _NARROW = 4  # sets that are kept while the scale of the file is looked for
 _ROUNDS = 5
 _SETTLED = 1.0  # weighted squared error by which a last step may still fall
 _FAR = 0.1  # of the error, by which it may still fall where rounds ran out: with more the numbers are not found yet
+_PROMISED = 1.0  # of the error: where more than half of what is left is only said to go, the model never came there
 _HALVES = 5
 _EXPECTED = 1.2  # times the error that the linear model says of a step: with more it is taken by half
 _LOOSE = 10.0  # weighted squared error that a file number must be worth to be taken into the model: the rest is linear
@@ -81,15 +82,9 @@ class Fit:
         """Its score where the numbers are that its model was made linear around, not where that leads."""
         return self.solution.score - 0.5 * max(_gain_left(self.linear, self.solution), 0.0)
 
-    @property
-    def far(self) -> bool:
-        """Whether the model is far from the numbers that the solution leads to."""
-        return _gain_left(self.linear, self.solution) > _FAR * self.linear.absent.error(self.solution.theta).sum()
-
-    @property
-    def promised(self) -> bool:
-        """Whether the model leaves more than twice what the solution says that it leaves."""
-        return _gain_left(self.linear, self.solution) > self.linear.absent.error(self.solution.theta).sum()
+    def may_fall(self, share: float) -> bool:
+        """Whether the error would still fall by more than a share of what the solution leaves."""
+        return _gain_left(self.linear, self.solution) > share * self.linear.absent.error(self.solution.theta).sum()
 
     def error(self, theta: Array) -> Array:
         """Weighted squared error (axes, blocks) with numbers theta (p,), or (folds, p): each fold under its own."""
@@ -176,12 +171,12 @@ class Search:
         does not come to the numbers that it is said to need, no set does.
         """
         while True:
-            if made.far:
+            if made.may_fall(_FAR):
                 made = self._settled(made, made.labels, 3 * _ROUNDS, False)
             inside = {m.candidate.label for m in made.members if not m.held}
             ended = {k: v for k, v in beyond_bounds(made.members, self.observation.vehicle).items() if k in inside}
             if not ended:
-                return self._empty(made) if made.exact and made.promised else made
+                return self._empty(made) if made.exact and made.may_fall(_PROMISED) else made
             sets = {x: tuple(i for i in made.chosen if made.linear.choices[i].label != x) for x in ended}
             least = list(ended)[int(np.argmax(made.scorer.scores(list(sets.values()))))]
             self.barred[least] = ended[least]
