@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 import yaml
 
+from infotraj.diagnosis.diagnosis import diagnose
 from infotraj.errors import UsageError
 from infotraj.experiment.separating.cases import Run, drawn, read_separating, runs
 from infotraj.experiment.separating.flying import plant, shown_file, task
 from infotraj.experiment.separating.loop import AGAIN, ARMS, told
 from infotraj.experiment.separating.scoring import judged, read_scores, score_runs, scored
 from infotraj.experiment.separating.table import OPEN, calibration, flights, needed, summarise_separating
+from infotraj.flight import Flight
 from infotraj.models import Model
 from infotraj.vehicle import load_vehicle
 
@@ -160,3 +162,25 @@ def test_a_run_is_flown_answered_and_not_made_twice(tmp_path):
     assert score["task"]["what"] in OPEN
     assert [len(score[arm]) for arm in (*ARMS, AGAIN)] == [1, 1, 1]
     assert {s["what"] for arm in (*ARMS, AGAIN) for s in score[arm]} <= {"right", "wrong", *OPEN}
+
+
+@pytest.mark.long
+def test_the_answer_on_a_flight_near_hover_does_not_hang_on_the_last_digit():
+    """Exact sensors beside a wrong file: a search whose steps need not pay makes 1e-12 as large as an effect."""
+    study, hidden = (x.model_copy(update={"base_seed": 69}) for x in (STUDY, HIDDEN))
+    run = Run(2, 0)
+    fly = plant(study, hidden, run)
+    model = Model(shown_file(study, hidden, run))
+    flown = [fly(reference, f"task {k}") for k, reference in enumerate(task(study, run))]
+    rng = np.random.default_rng(1)
+    found = []
+    for share in (0.0, 1e-12):
+        tables = [f.table.copy() for f in flown]
+        for table in tables:
+            numbers = [c for c in table.columns if c != "t" and table[c].dtype == float]
+            table[numbers] *= 1.0 + share * rng.standard_normal((len(table), len(numbers)))
+        found.append(diagnose(model, [Flight(t, f.meta) for t, f in zip(tables, flown, strict=True)]))
+    one, two = found
+    assert [(f.name, f.verdict, f.group) for f in one.findings] == [(f.name, f.verdict, f.group) for f in two.findings]
+    assert one.whole.labels == two.whole.labels
+    assert one.whole.solution.score == pytest.approx(two.whole.solution.score, abs=0.1)
