@@ -23,9 +23,9 @@ _JAVASCRIPT = Path(bokeh.__file__).parent / "server/static/js/bokeh.min.js"
 _SERIES = ("measured", "given", "ticked", "left_given", "left_ticked")
 
 
-def javascript() -> str:
-    """Bokeh's own JavaScript, to be part of the page. `</script` does not occur in it unbroken."""
-    return _JAVASCRIPT.read_text(encoding="utf-8").replace("</script", "<\\/script")
+def javascript() -> bytes:
+    """Bokeh's own JavaScript, to be part of the page."""
+    return _JAVASCRIPT.read_bytes()
 
 
 def figures(content: dict[str, Any]) -> str:
@@ -70,8 +70,7 @@ def _traces(content: dict[str, Any]) -> list[figure]:
 
 def _scale(content: dict[str, Any], axis: str) -> tuple[float, str]:
     """The factor and the unit in which an axis is drawn."""
-    measured = [np.abs(unpacked(f["axes"][axis]["measured"])) for f in content["traces"]["flights"]]
-    return prefixed(content["unit"][axis], float(np.nanmax([np.nanmax(m, initial=0.0) for m in measured])))
+    return prefixed(content["unit"][axis], content["traces"]["peak"][axis])
 
 
 def _places(content: dict[str, Any]) -> list[figure]:

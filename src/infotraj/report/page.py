@@ -15,6 +15,7 @@ from infotraj.errors import InfotrajError, problem
 from infotraj.report.bars import gains, panel
 from infotraj.report.figures import figures, javascript
 from infotraj.report.formats import change, interval, measure, numbers, percent, plain_unit, signed, significant
+from infotraj.report.squeezing import deflated
 
 _ORDER = ("Supported", "Not separable", "Plausible", "Not needed", "Not testable here")
 _MARKS = {"Supported": "●", "Not separable": "◐", "Plausible": "○", "Not needed": "–", "Not testable here": "?"}
@@ -58,11 +59,11 @@ def page(content: dict[str, Any]) -> str:
         panels=[panel(content, axis) for axis in content["fall"]["axes"]],
         numbers=lambda row, key="parameters": numbers(row, content["effects"].get(row["name"], {}), key),
         shade=shade,
-        figures=_safe(figures(content)),
+        figures=deflated(figures(content).encode()),
         data=_safe(json.dumps({key: content[key] for key in ("traces", "fall", "windows", "unit")} | _names(content))),
-        bokeh=javascript(),
+        bokeh=deflated(javascript()),
         css=asset("page.css"),
-        js=asset("page.js"),
+        js=asset("unpacking.js") + asset("page.js"),
     )
 
 

@@ -2,16 +2,14 @@
 (async () => {
   const byId = (id) => document.getElementById(id);
   const data = JSON.parse(byId("data-content").textContent);
-  const figures = JSON.parse(byId("data-figures").textContent);
+  if (!("DecompressionStream" in window)) { byId("old").hidden = false; return; }
+  const figures = await unpacking.json(byId("data-figures").textContent);
+  await unpacking.script(byId("data-bokeh").textContent);
   const fall = data.fall, axes = data.traces.axes;
   const state = {flight: 0, mask: fall.rmse.length - 1, view: "wrench", window: null};
 
-  // Series are single-precision numbers in base64.
-  const unpack = (text) => {
-    const raw = atob(text), bytes = new Uint8Array(raw.length);
-    for (let i = 0; i < raw.length; i++) bytes[i] = raw.charCodeAt(i);
-    return Float64Array.from(new Float32Array(bytes.buffer));
-  };
+  const series = new Map();  // what the parts of data.traces hold
+  for (const one of [...data.traces.flights, ...data.traces.windows]) if (one) series.set(one, await unpacking.series(one));
   const minus = (a, b) => a.map((x, i) => x - b[i]);
 
   // Each root goes into the element that names it. The series come first, so that the page can be used at once.
@@ -66,13 +64,11 @@
     if (state.window !== null && data.traces.windows[state.window]) return data.traces.windows[state.window];
     return data.traces.flights[state.flight];
   }
-  const floats = new Map();
-  const numbers = (text) => { if (!floats.has(text)) floats.set(text, unpack(text)); return floats.get(text); };
   function drawSeries() {
-    const shown = part(), t = numbers(shown.t);
+    const shown = series.get(part()), t = shown.t;
     for (const axis of axes) {
       const own = shown.axes[axis], factor = named(`trace-${axis}`).tags[0];
-      const drawn = (text) => numbers(text).map((x) => factor * x);
+      const drawn = (line) => line.map((x) => factor * x);
       const measured = drawn(own.measured), given = drawn(own.model[0]), ticked = drawn(own.model[state.mask]);
       const left = (k) => own.left ? drawn(own.left[k]) : minus(measured, drawn(own.model[k]));
       named(`series-${axis}`).data = {t, measured, given, ticked, left_given: left(0), left_ticked: left(state.mask)};
@@ -112,7 +108,7 @@
     const names = fall.boxes.filter((_, k) => state.mask >> k & 1).map((b) => b.label);
     byId("shown").textContent = `${data.flights[state.flight].name}; in the model: ${names.join(", ") || "nothing beyond it"}.`;
   }
-  const span = () => { const t = numbers(part().t); return [t[0], t[t.length - 1]]; };
+  const span = () => { const {t} = series.get(part()); return [t[0], t[t.length - 1]]; };
   function moveTo(start, end) {
     const [low, high] = span(), width = Math.min(end - start, high - low);
     const from = Math.max(low, Math.min(start, high - width));
