@@ -46,11 +46,19 @@ def test_a_name_is_only_a_name(server, name, written):
     assert {p.name for p in server.folder.parent.iterdir()} == {"flights"}
 
 
-@pytest.mark.parametrize("name", ["x.pkl", "x.pickle", "x.npy", "x.py", "x", "x.parquet.exe", "", "x.yaml/"])
+@pytest.mark.parametrize("name", ["x.pkl", "x.pickle", "x.npy", "x.py", "x", "x.parquet.exe", "Makefile", ".profile"])
 def test_what_could_run_is_not_taken(server, name):
     status, _, said = server.ask("POST", f"{server.window()}/upload?name={quote(name, safe='')}", b"cos\nsystem\n")
     assert status == 400
     assert "expected .parquet, .csv" in json.loads(said)["error"]
+    assert [p for p in server.folder.iterdir() if not p.name.startswith(".")] == []
+
+
+@pytest.mark.parametrize("name", ["", "x.yaml/", "..", "///", "\x00"])
+def test_a_name_of_nothing_is_refused(server, name):
+    status, _, said = server.ask("POST", f"{server.window()}/upload?name={quote(name, safe='')}", b"\xbc\x02\x00")
+    assert status == 400
+    assert "a file without a name" in json.loads(said)["error"]
     assert [p for p in server.folder.iterdir() if not p.name.startswith(".")] == []
 
 

@@ -3,9 +3,13 @@
 import os
 import shutil
 from pathlib import Path
+from urllib.parse import quote
 
+import numpy as np
 import pytest
 import yaml
+from flights_made import made_flight
+from writers_crazyflie import floats, micro_sd
 
 from infotraj.flight import read_flight
 
@@ -30,6 +34,63 @@ def test_a_log_is_imported_and_a_damaged_one_told(server):
         assert name in found["report"]
         assert "Traceback" not in found["report"]
     assert server.process.poll() is None
+
+
+def crazyflie_log(path):
+    """A log as the Crazyflie's card holds it: its name has no suffix."""
+    flight = made_flight(3.0)
+    columns = {**floats("stateEstimate.", "x y z", flight.get("px", "py", "pz"))}
+    columns |= floats("gyro.", "x y z", np.degrees(flight.get("wx", "wy", "wz")))
+    columns |= floats("stateEstimate.q", "w x y z", flight.get("qw", "qx", "qy", "qz"))
+    return micro_sd(path, flight.t, columns)
+
+
+def test_a_log_without_a_suffix_is_told_by_its_first_bytes(server, chromium, tmp_path):
+    from playwright.sync_api import expect
+
+    log = crazyflie_log(tmp_path / "log07")
+    crazyflie_log(server.folder / "there already")
+    (server.folder / "notes").write_text("no log at all\n")
+    os.mkfifo(server.folder / "pipe")  # nobody writes to it: whoever opens it waits forever
+    tab = chromium.new_page()
+    tab.goto(server.address)
+    tab.locator("#choose").set_input_files(log)
+    row = tab.locator("tr[data-name='log07']")
+    expect(row.locator("summary")).to_contain_text("imported as log07.parquet", timeout=60000)
+    assert tab.get_by_label("Ask log07.parquet").is_checked()
+    assert (server.folder / "log07").read_bytes() == log.read_bytes()
+    assert read_flight(server.folder / "log07.parquet").table["pz"].notna().any()
+    # What lies in the folder is found by its first bytes, too; what is no log is not listed.
+    names = tab.locator("#files tbody tr").evaluate_all("rows => rows.map(r => r.dataset.name)")
+    assert names == ["log07", "log07.parquet", "there already"]
+    # Of what is none nothing is kept, and the reason is on the page.
+    (tmp_path / "log08").write_text("no log at all\n")
+    tab.locator("#choose").set_input_files(tmp_path / "log08")
+    expect(tab.locator("#error")).to_contain_text("log08: no known suffix, and no known log", timeout=60000)
+    assert not (server.folder / "log08").exists()
+    # In a folder that is dropped it is looked for quietly.
+    dropped = tmp_path / "card"
+    dropped.mkdir()
+    crazyflie_log(dropped / "log09")
+    (dropped / "LICENSE").write_text("no log at all\n")
+    tab.locator("#choose-folder").set_input_files(dropped)
+    expect(tab.locator("tr[data-name='log09.parquet']")).to_have_count(1, timeout=60000)
+    expect(tab.locator("#error")).to_be_hidden()
+    tab.close()
+
+
+@pytest.mark.parametrize(
+    ("name", "written"),
+    [("FLIGHT.01", "FLIGHT_01"), ("../../run.sh", "run_sh"), (".bashrc", "bashrc"), ("a b<c>", "a_b_c")],
+)
+def test_a_log_of_any_other_name_has_no_suffix_in_the_folder(server, tmp_path, name, written):
+    body = crazyflie_log(tmp_path / "log").read_bytes()
+    window = server.window()
+    status, _, said = server.ask("POST", f"{window}/upload?name={quote(name, safe='')}", body)
+    assert status == 200, said
+    assert [p.name for p in server.folder.iterdir() if not p.name.startswith(".")] == [written]
+    assert server.act(window, "check", name=written)[0] == 200
+    assert server.finished(window)["files"][written]["name"] == f"{written}.parquet"
 
 
 def test_a_log_that_is_not_recognised_is_given_a_mapping_mended_and_asked(server, chromium):

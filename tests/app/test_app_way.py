@@ -48,9 +48,12 @@ def test_the_whole_way_from_a_dropped_log_to_a_saved_model(server, chromium, tmp
     tab.locator("#diagnose:not([disabled])").click()
     expect(tab.locator("#step")).to_contain_text("diagnosing 3 flights", timeout=60000)
     tab.locator("#answer").wait_for(timeout=180000)
-    assert tab.locator("#summary").inner_text() == "Missing: rotor_effectiveness."
     frame = tab.frame_locator("#report")
     frame.locator("html[data-complete=yes]").wait_for(state="attached", timeout=60000)
+    # The verdict is said once, by the report; the window's title has it, too.
+    assert frame.locator("h1").inner_text() == "Missing: rotor_effectiveness."
+    assert "rotor_effectiveness" not in tab.locator("main").inner_text()
+    assert tab.title() == "infotraj: Missing: rotor_effectiveness."
     bar = frame.locator("table.bars[data-axis=tx] tr.now")
     before = float(bar.get_attribute("data-value"))
     frame.locator("#falls-box-0").uncheck()

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import struct
-import zlib
 from pathlib import Path
 
 import numpy as np
 import pytest
 from flights_made import made_flight
+from writers_crazyflie import floats
+from writers_crazyflie import micro_sd as written
 
 from infotraj import rotations
 from infotraj.datasets.location import find_dataset, how_to_get
@@ -22,19 +22,7 @@ G = 9.80665
 
 
 def micro_sd(path: Path, columns: dict[str, tuple[str, np.ndarray]]) -> Path:
-    """A log of version 2 (us stamps) with one event: name of the variable, its type letter and values."""
-    head = b"\xbc" + struct.pack("<HH", 2, 1) + struct.pack("<H", 7) + b"fixedFrequency\0"
-    head += struct.pack("<H", len(columns)) + b"".join(f"{n}({kind})\0".encode() for n, (kind, _) in columns.items())
-    form = "<HQ" + "".join(kind for kind, _ in columns.values())
-    values = [v if kind in "fd" else np.rint(v).astype(np.int64) for kind, v in columns.values()]
-    rows = zip(GOOD.t, *values, strict=True)
-    data = head + b"".join(struct.pack(form, 7, round(t * 1e6), *row) for t, *row in rows)
-    path.write_bytes(data + struct.pack("<I", zlib.crc32(data)))
-    return path
-
-
-def floats(prefix: str, names: str, values: np.ndarray) -> dict[str, tuple[str, np.ndarray]]:
-    return {f"{prefix}{name}": ("f", column) for name, column in zip(names.split(), values.T, strict=True)}
+    return written(path, GOOD.t, columns)
 
 
 POSITION = floats("stateEstimate.", "x y z", GOOD.get("px", "py", "pz"))

@@ -8,6 +8,7 @@ import shutil
 import tempfile
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ _PARTS = {".mcap", ".db3"}  # of a ROS 2 bag
 _MAPPING = re.compile(r"^(?:streams|extends)\s*:", re.MULTILINE)  # what no vehicle and no model file says
 _REFERENCE = b"t,ref_px,"
 _PEEK = 65536
+HEAD = 64  # bytes that tell a log
 
 
 @dataclass
@@ -145,6 +147,36 @@ def safe_name(name: str, suffixes: tuple[str, ...]) -> str:
     return (_plain(last[: -len(suffix)]) or "file") + suffix
 
 
+def log_name(name: str) -> str:
+    """A safe name for what may be a log, whatever it is called: one with a suffix that is listed keeps it, any other
+    has none (FLIGHT.01: FLIGHT_01), and its first bytes must tell what it is. UsageError where no name is left."""
+    last = name.replace("\\", "/").rsplit("/", 1)[-1]
+    if has_suffix(last):
+        return safe_name(last, FLIGHTS + LOGS + MODELS)
+    plain = _plain(last).replace(".", "_")
+    if not plain:
+        raise UsageError(problem("a file without a name", "letters or digits", "Give it one."))
+    return plain
+
+
+def has_suffix(name: str) -> bool:
+    """Whether a name tells by its suffix what may be in the file."""
+    return Path(name).suffix.lower() in FLIGHTS + LOGS + MODELS
+
+
+def require_log(name: str, head: bytes) -> None:
+    """UsageError where neither the name nor the first bytes (HEAD of them) of a file tell what it holds."""
+    if not has_suffix(name) and not _begins_as_log(head):
+        expected = f"{', '.join(FLIGHTS + LOGS + MODELS)}, or a log that its first bytes name"
+        raise UsageError(problem(f"{name}: no known suffix, and no known log", expected, "Rename it by what it holds."))
+
+
+def _begins_as_log(head: bytes) -> bool:
+    from infotraj.importing.opening import kind_by_first_bytes
+
+    return kind_by_first_bytes(head) is not None
+
+
 def _plain(name: str) -> str:
     """The last part of a name, of letters, digits, `.`, `_` and `-`; nothing where none is left."""
     last = name.replace("\\", "/").rsplit("/", 1)[-1]
@@ -168,8 +200,26 @@ def _kind(path: Path) -> str | None:
         if path.name.endswith((".meta.yaml", "_metadata.yaml")):
             return None
         return "mapping" if is_mapping(path) else "model"
-    kind = "flight" if suffix in FLIGHTS else "log" if suffix in LOGS else None
-    return kind if path.is_file() and not (suffix == ".csv" and _is_reference(path)) else None
+    if not path.is_file():
+        return None
+    if suffix not in FLIGHTS + LOGS:
+        return "log" if _is_log(path) else None
+    return None if suffix == ".csv" and _is_reference(path) else "flight" if suffix in FLIGHTS else "log"
+
+
+def _is_log(path: Path) -> bool:
+    """Whether a file whose name does not tell begins as a log does."""
+    try:
+        found = path.stat()
+        return _held_log(path, found.st_size, found.st_mtime_ns)
+    except OSError:
+        return False
+
+
+@lru_cache(maxsize=4 * _MOST)
+def _held_log(path: Path, size: int, changed: int) -> bool:
+    with open(path, "rb") as file:
+        return _begins_as_log(file.read(HEAD))
 
 
 def _is_reference(path: Path) -> bool:

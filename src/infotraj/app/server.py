@@ -19,7 +19,7 @@ import tornado.netutil
 import tornado.web
 
 from infotraj.app.dropped_bag import METADATA
-from infotraj.app.folder import FLIGHTS, LOGS, MODELS, Folder, open_folder, safe_name
+from infotraj.app.folder import FLIGHTS, HEAD, LOGS, MODELS, Folder, log_name, open_folder, require_log
 from infotraj.app.viewer import PARTS
 from infotraj.app.window import Window
 from infotraj.errors import InfotrajError, UsageError, problem
@@ -184,7 +184,7 @@ class Upload(Handler):
         window = self.window(self.path_args[0])
         name = self.get_query_argument("name", "")
         self.bag = window.bag if self.get_query_argument("bag", None) is not None else None
-        self.name = self.bag.named(name) if self.bag else safe_name(name, FLIGHTS + LOGS + MODELS)
+        self.name = self.bag.named(name) if self.bag else log_name(name)
         self.limit = _SMALL if self.name.endswith(MODELS) else self.app.upload_limit
         if self.bag is not None and self.name != METADATA:
             self.limit = max(self.limit - self.bag.size, 0)
@@ -196,16 +196,19 @@ class Upload(Handler):
         self.part = window.work / f"{secrets.token_hex(8)}.part"
         self.file = open(self.part, "xb")  # noqa: SIM115 (closed when the request is over)
         self.count = 0
+        self.head = b""
 
     def data_received(self, chunk: bytes) -> None:
         self.count += len(chunk)
         if self.count > self.limit:
             raise UsageError(self._too_large())
+        self.head += chunk[: HEAD - len(self.head)]
         self.file.write(chunk)
 
     def post(self, key: str) -> None:
         self.file.close()
         assert self.part is not None
+        require_log(self.name, self.head)
         if self.bag is not None:
             self.bag.take(self.part, self.name)
             self.finish({"name": self.name})

@@ -90,6 +90,19 @@ def bag_folder(path: Path) -> Path:
     return inside[0]
 
 
+def kind_by_first_bytes(head: bytes) -> str | None:
+    """The kind of a log that its first bytes (some tens) tell whatever it is called, 'ulog', 'crazyflie', ..; None
+    where its name has to tell, or it is none. One that begins so may still be damaged."""
+    if head.startswith(b"ULog\x01\x12\x35"):
+        return "ulog"
+    if head.startswith(BLACKBOX):
+        return "blackbox"
+    # The first line of a DataFlash log as text describes the lines that describe the others.
+    if head.startswith((b"\xa3\x95", b"FMT, 128, 89, FMT")):
+        return "dataflash"
+    return "crazyflie" if head[:1] == bytes([MAGIC]) else None
+
+
 def _by_content(head: bytes, path: Path) -> str | None:
     if head.startswith(b"#ROSBAG V") and path.suffix == ".bag":
         return "rosbag"
@@ -97,17 +110,11 @@ def _by_content(head: bytes, path: Path) -> str | None:
         return "rosbag"
     if head.startswith(b"SQLite format 3\x00") and path.suffix == ".db3":
         return "rosbag"
-    if head.startswith(b"ULog\x01\x12\x35"):
-        return "ulog"
     if head.startswith(b"PAR1") and path.suffix == ".parquet":
         return "table"
-    if head.startswith(BLACKBOX):
-        return "blackbox"
-    # The first line of a DataFlash log as text describes the lines that describe the others.
-    if head.startswith((b"\xa3\x95", b"FMT, 128, 89, FMT")):
-        return "dataflash"
-    if head[0] == MAGIC:
-        return "crazyflie"
+    found = kind_by_first_bytes(head)
+    if found is not None:
+        return found
     if _is_text(head) and path.suffix.lower() in _TEXT_SUFFIXES:
         return "table"
     return None

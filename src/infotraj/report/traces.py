@@ -45,7 +45,7 @@ def flight_traces(found: Combinations, paths: Sequence[str], windows: Sequence[T
 
 
 def read_part(part: dict[str, Any]) -> dict[str, Any]:
-    """t (n,) and, for each axis, measured (n,), model (combinations, n) and, where it stands apart, left, in N and N m."""
+    """t (n,) and, for each axis, measured (n,), model (combinations, n) and, where it stands apart, left; N, N m."""
     each = 1 + (2 if part["left"] else 1) * part["models"]
     steps = [s for name, s in part["steps"].items() for _ in range(1 if name == "t" else each)]
     if not steps:

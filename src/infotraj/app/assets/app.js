@@ -174,18 +174,19 @@
     if (state.viewer) byId("viewer").href = state.viewer;
     const mark = state.answer ? state.answer.number : null;
     if (state.answer && mark !== answered) {
-      byId("summary").textContent = state.answer.summary;
+      document.title = `infotraj: ${state.answer.summary}`;
       byId("report").src = `report?n=${mark}`;
     }
     answered = mark;
   }
   function ask(what, body) { queue.push([what, body]); if (!running()) refresh(); }
-  async function send(file, more) {
-    if (file.size > state.upload_limit) { say(`${file.name}: too large; expected at most ${state.upload_limit / 1e6} MB. Cut it.`); return null; }
+  // quiet: of a file that may be none of ours nothing is said.
+  async function send(file, more, quiet) {
+    if (file.size > state.upload_limit) { if (!quiet) say(`${file.name}: too large; expected at most ${state.upload_limit / 1e6} MB. Cut it.`); return null; }
     say("");
     const reply = await fetch(`upload?name=${encodeURIComponent(file.name)}${more || ""}`, {method: "POST", body: file}).catch(() => null);
     const found = reply ? await reply.json().catch(() => ({})) : {};
-    if (!reply || !reply.ok) { say(found.error || `${file.name}: was not taken`); return null; }
+    if (!reply || !reply.ok) { if (!quiet) say(found.error || `${file.name}: was not taken`); return null; }
     return found;
   }
   // A ROS 2 bag is a folder: its metadata first, then its parts, then all of it under one name.
@@ -195,6 +196,8 @@
     return call("bag", {name: folder});
   }
   async function upload(dropped) {
+    if (!state) await begun;
+    if (!state) return;
     const folders = new Map(), single = [];
     for (const {folder, file} of dropped) {
       if (!folder) single.push(file);
@@ -204,9 +207,12 @@
     for (const [folder, files] of folders) {
       const parts = files.filter((f) => f.name === "metadata.yaml" || /\.(mcap|db3)$/.test(f.name));
       if (parts.length > 1 && parts.some((f) => f.name === "metadata.yaml")) sent.push(await sendBag(folder, parts));
-      else single.push(...files.filter((f) => state.suffixes.some((s) => f.name.toLowerCase().endsWith(s))));
+      else {
+        single.push(...files.filter((f) => state.suffixes.some((s) => f.name.toLowerCase().endsWith(s))));
+        for (const file of files.filter((f) => !f.name.includes("."))) sent.push(await send(file, "", true));
+      }
     }
-    if (dropped.length && !single.length && !sent.length) say("No log, flight or vehicle file is in that folder.");
+    if (dropped.length && !single.length && !sent.some(Boolean)) say("No log, flight or vehicle file is in that folder.");
     const isModel = (file) => /\.ya?ml$/i.test(file.name);  // what a log is held against comes first
     for (const file of [...single.filter(isModel), ...single.filter((f) => !isModel(f))]) sent.push(await send(file));
     for (const found of sent.filter(Boolean)) {
@@ -254,5 +260,5 @@
     if (!page.ticked().length) { say("Nothing is ticked. Tick one of the effects in the report first."); return; }
     call("save", {name: byId("new-name").value, effects: page.ticked()});
   });
-  refresh();
+  const begun = refresh();
 })();
