@@ -15,9 +15,10 @@ from infotraj.diagnosis.report.reasons import why
 from infotraj.report.again import FORM, read_content
 from infotraj.report.bars import gains
 from infotraj.report.combinations import boxes
+from infotraj.report.failing import _far_off, _reach
 from infotraj.report.figures import _places
-from infotraj.report.formats import change, interval, numbers, prefixed, significant
-from infotraj.report.page import page
+from infotraj.report.formats import change, interval, minus, numbers, prefixed, significant
+from infotraj.report.page import clauses, page
 from infotraj.report.series import packed, reduced, unpacked
 from infotraj.report.squeezing import squeezed, step, unsqueezed
 from infotraj.report.traces import read_part
@@ -272,3 +273,63 @@ def test_what_corrects_the_file_is_not_said_to_be_unsure(content):
     numbers = {"factor": 1.01}
     changed["answer"]["corrected"] = [{"name": "thrust_scale", "parameters": numbers, "standard_errors": numbers}]
     assert "That linear drag is absent" in page(changed)
+
+
+def test_a_disclaimer_and_a_gain_are_said_once(content):
+    """Two effects that cannot be told apart, an axis of which nothing can be said, error that is left: each once."""
+    changed = json.loads(json.dumps(content))
+    group = ["actuation_delay", "rotor_lag"]
+    for row in changed["answer"]["effects"]:
+        if row["name"] in group:
+            row |= {
+                "verdict": "Not separable",
+                "group": group,
+                "reason": "these flights cannot tell one from the other",
+            }
+    reason = "flights and vehicle file do not agree there"
+    changed["answer"]["axes"]["tz"] = {"judged": False, "reason": reason, "coherence": None}
+    first = "Missing: rotor_effectiveness"
+    rest = [f"nothing can be said about tz: {reason}", "structured error is left on fz that no effect explains"]
+    changed["answer"]["verdict"] |= {"summary": "; ".join([first, *rest]) + ".", "unexplained": True}
+    text = re.sub(r"\s+", " ", re.search(r"<section id=\"verdict\">(.*?)</section>", page(changed), re.DOTALL)[1])
+    assert "<h1>Missing: rotor_effectiveness.</h1>" in text
+    assert text.count("each explains these flights equally well") == 1
+    assert text.count(reason) == text.count("tructured error") == text.count('class="gain"') == 1
+    # Where the sentence does not say it, the list does.
+    changed["answer"]["verdict"]["summary"] = f"{first}."
+    assert f"Anything about tz: {reason}." in page(changed)
+
+
+def test_a_verdict_is_cut_where_it_adds_what_cannot_be_said():
+    said = "Missing: a (or b: c; d); nothing can be said about tx: e; f; structured error is left on fz that g."
+    assert clauses(said) == [
+        "Missing: a (or b: c; d).",
+        "Nothing can be said about tx: e; f.",
+        "Structured error is left on fz that g.",
+    ]
+    assert clauses("No missing effect is supported.") == ["No missing effect is supported."]
+
+
+def test_signs_are_signs_and_hyphens_stay():
+    assert minus("-0.003 at -1e-05 N, 2-3 of log-7, x-1 (-4)") == "−0.003 at −1e-05 N, 2-3 of log-7, x-1 (−4)"
+
+
+def test_a_residual_far_off_is_drawn_beside_its_mean_and_fills_the_axis():
+    y = np.random.default_rng(0).normal(-84.0, 2.0, 4000)
+    off = _far_off(y)
+    assert off == pytest.approx(-84.0, abs=0.2)
+    assert _far_off(y + 80.0) == 0.0
+    reach = _reach(y - off, np.array([1.0, 3.0]), 0.5)
+    assert reach["bottom"] < -4.0
+    assert reach["top"] > 4.0
+    assert reach["top"] - reach["bottom"] < 20.0
+    # The band of the noise is in sight, whatever the points do.
+    assert _reach(np.full(100, 9.0), np.array([9.0]), 1.0)["bottom"] < -2.0
+
+
+def test_the_label_of_a_figure_says_which_mean_was_taken_off(content):
+    changed = json.loads(json.dumps(content))
+    place = changed["places"][0]
+    labels = [_places(c)[0].yaxis[0].axis_label for c in (content, changed | {"places": [place | {"off": -0.0842}]})]
+    assert "beside" not in labels[0]
+    assert labels[1].split(" [")[0].endswith("residual beside −84.2")

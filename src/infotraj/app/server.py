@@ -196,19 +196,19 @@ class Upload(Handler):
         self.part = window.work / f"{secrets.token_hex(8)}.part"
         self.file = open(self.part, "xb")  # noqa: SIM115 (closed when the request is over)
         self.count = 0
-        self.head = b""
+        self.begins = b""
 
     def data_received(self, chunk: bytes) -> None:
         self.count += len(chunk)
         if self.count > self.limit:
             raise UsageError(self._too_large())
-        self.head += chunk[: HEAD - len(self.head)]
+        self.begins += chunk[: HEAD - len(self.begins)]
         self.file.write(chunk)
 
     def post(self, key: str) -> None:
         self.file.close()
         assert self.part is not None
-        require_log(self.name, self.head)
+        require_log(self.name, self.begins)
         if self.bag is not None:
             self.bag.take(self.part, self.name)
             self.finish({"name": self.name})

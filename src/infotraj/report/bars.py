@@ -15,20 +15,36 @@ def gains(content: dict[str, Any]) -> list[dict[str, Any]]:
     for bit, box in enumerate(fall["boxes"] if fall["axes"] else []):
         without = whole ^ (1 << bit)
         axis = max(fall["axes"], key=lambda a: fall["rmse"][without][a] / max(fall["rmse"][whole][a], 1e-300))
-        factor, unit = prefixed(content["unit"][axis], fall["rmse"][without][axis])
         rows.append(
-            {
-                "label": box["label"],
-                "axis": axis,
-                "unit": unit,
-                "before": factor * fall["rmse"][without][axis],
-                "after": factor * fall["rmse"][whole][axis],
-                "low": factor * fall["low"][whole][axis],
-                "high": factor * fall["high"][whole][axis],
-                "floor": None if fall["floor"][axis] is None else factor * fall["floor"][axis],
-            }
+            {"label": box["label"], "names": [x.split()[0] for x in box["effects"]]} | _gain(content, axis, without)
         )
     return rows
+
+
+def whole_gain(content: dict[str, Any]) -> dict[str, Any] | None:
+    """The same of all that is named together, on the axis on which it takes off most; None where nothing is named."""
+    fall = content["fall"]
+    axes = [a for a in fall["axes"] if a not in fall["refused"]]
+    if not fall["boxes"] or not axes:
+        return None
+    whole = len(fall["rmse"]) - 1
+    return _gain(content, max(axes, key=lambda a: fall["rmse"][0][a] / max(fall["rmse"][whole][a], 1e-300)), 0)
+
+
+def _gain(content: dict[str, Any], axis: str, without: int) -> dict[str, Any]:
+    """The held-out error of an axis with these boxes (their bits) and with all of them."""
+    fall = content["fall"]
+    whole = len(fall["rmse"]) - 1
+    factor, unit = prefixed(content["unit"][axis], fall["rmse"][without][axis])
+    return {
+        "axis": axis,
+        "unit": unit,
+        "before": factor * fall["rmse"][without][axis],
+        "after": factor * fall["rmse"][whole][axis],
+        "low": factor * fall["low"][whole][axis],
+        "high": factor * fall["high"][whole][axis],
+        "floor": None if fall["floor"][axis] is None else factor * fall["floor"][axis],
+    }
 
 
 def panel(content: dict[str, Any], axis: str) -> dict[str, Any]:

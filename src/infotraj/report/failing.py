@@ -21,6 +21,7 @@ from infotraj.rotations import Array
 
 MOST_PLACES = 6
 _MATTERS = 0.05  # share of the squared error
+_FAR = 2.0  # times its spread: a mean that is taken off
 MOST_POINTS = 1200  # of a place that are drawn; its mean and RMS are of all
 
 
@@ -102,6 +103,8 @@ def leftover(errors: Sequence[EquationError]) -> list[dict[str, Any]]:
 def _place(place: Place, located: Located, healthy: str | None) -> dict[str, Any]:
     samples = next(f.samples for f in located.found if place.axis in f.samples.axes)
     x, y = place.quantity.values, samples.residual[:, samples.axes.index(place.axis)]
+    off = _far_off(y)
+    y = y - off
     middle, mean, rms = by_range(x, y)
     every = -(-len(x) // MOST_POINTS)
     low, high = (float(v) for v in np.percentile(x, [0.3, 99.7]))
@@ -123,9 +126,24 @@ def _place(place: Place, located: Located, healthy: str | None) -> dict[str, Any
         "rms": packed(rms),
         "low": low,
         "high": high,
-        "reach": 1.1 * float(max(np.percentile(np.abs(y), 99.5), 2.5 * place.floor)),
+        "off": off,
+        **_reach(y, np.concatenate([mean, rms]), place.floor),
         "spans": place_spans(place.region, low, high) if real and place.region is not None else [],
     }
+
+
+def _far_off(y: Array) -> float:
+    """The mean of a residual that is off by far more than it varies, else 0: with it nothing else could be seen."""
+    mean = float(np.mean(y))
+    return mean if abs(mean) > _FAR * np.percentile(np.abs(y - mean), 99.5) else 0.0
+
+
+def _reach(y: Array, drawn: Array, floor: float) -> dict[str, float]:
+    """From where to where an axis goes: nearly all points, the lines, and the band of the noise."""
+    low, high = np.percentile(y, [0.25, 99.75])
+    bottom, top = min(low, drawn.min(), -2.5 * floor), max(high, drawn.max(), 2.5 * floor)
+    room = 0.06 * (top - bottom)
+    return {"bottom": float(bottom - room), "top": float(top + room)}
 
 
 def _over_floor(error: EquationError) -> Array:

@@ -16,7 +16,7 @@ from bokeh.models import ColumnDataSource, Range1d
 from bokeh.models.annotations import BoxAnnotation, Span
 from bokeh.plotting import figure
 
-from infotraj.report.formats import plain_unit, prefixed
+from infotraj.report.formats import plain_unit, prefixed, signed
 from infotraj.report.series import unpacked
 
 _JAVASCRIPT = Path(bokeh.__file__).parent / "server/static/js/bokeh.min.js"
@@ -46,7 +46,7 @@ def _traces(content: dict[str, Any]) -> list[figure]:
     shared = Range1d(start=0.0, end=1.0, name="time")
     drawn = []
     for axis in traces["axes"]:
-        fig = _figure(f"trace-{axis}", 150, "xbox_zoom", x_range=shared)
+        fig = _figure(f"trace-{axis}", 200, "xbox_zoom", x_range=shared)
         fig.window_axis = "x"
         fig.y_range.update(only_visible=True)
         factor, unit = _scale(content, axis)
@@ -79,10 +79,11 @@ def _places(content: dict[str, Any]) -> list[figure]:
     for k, place in enumerate(content["places"]):
         fig = _figure(f"place-{k}", 230, "")
         fig.x_range = Range1d(place["low"], place["high"])
-        factor, unit = prefixed(place["unit"], place["reach"])
-        fig.y_range = Range1d(-factor * place["reach"], factor * place["reach"])
+        factor, unit = prefixed(place["unit"], max(-place["bottom"], place["top"]))
+        fig.y_range = Range1d(factor * place["bottom"], factor * place["top"])
         fig.xaxis.axis_label = f"{place['quantity']} [{plain_unit(place['quantity_unit'])}]"
-        fig.yaxis.axis_label = f"{place['axis']} residual [{unit}]"
+        beside = f" beside {signed(factor * place['off'])}" if place["off"] else ""
+        fig.yaxis.axis_label = f"{place['axis']} residual{beside} [{unit}]"
         for left, right in place["spans"]:
             fig.add_layout(BoxAnnotation(left=left, right=right, tags=["place"], line_color=None, level="underlay"))
         fig.add_layout(

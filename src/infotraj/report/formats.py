@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -92,6 +93,11 @@ def interval(ends: Sequence[float | None], value: float | None) -> str:
     """The 95 % interval of a relative change; in words where all of it is the value, to the digits shown."""
     low, high = map(change, ends)
     return "the same over the 95 % interval" if low == high == change(value) else f"95 % interval {low} to {high}"
+
+
+def minus(text: str) -> str:
+    """A sentence with the signs of its numbers as signs."""
+    return re.sub(r"(?<![\w.)-])-(?=\d)", "−", text)
 
 
 def plain_unit(unit: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -12,9 +13,9 @@ from jinja2 import Environment, FunctionLoader, StrictUndefined
 
 from infotraj.diagnosis.report.reasons import why
 from infotraj.errors import InfotrajError, problem
-from infotraj.report.bars import gains, panel
+from infotraj.report.bars import gains, panel, whole_gain
 from infotraj.report.figures import figures, javascript
-from infotraj.report.formats import change, interval, measure, numbers, percent, plain_unit, signed, significant
+from infotraj.report.formats import change, interval, measure, minus, numbers, percent, plain_unit, signed, significant
 from infotraj.report.squeezing import deflated
 
 _ORDER = ("Supported", "Not separable", "Plausible", "Not needed", "Not testable here")
@@ -43,21 +44,30 @@ def page(content: dict[str, Any]) -> str:
         loader=FunctionLoader(asset), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     environment.filters |= {"sig": significant, "signed": signed, "percent": percent, "change": change}
-    environment.filters |= {"unit": plain_unit, "measure": measure, "interval": interval}
+    environment.filters |= {"unit": plain_unit, "measure": measure, "interval": interval, "minus": minus}
     rows = sorted(content["answer"]["effects"], key=_rank)
+    each = gains(content)
+    headline, *rest = clauses(content["answer"]["verdict"]["summary"])
     return environment.get_template("page.html").render(
         c=content,
         design=content.get("design"),
         answer=content["answer"],
+        headline=headline,
+        rest=rest,
         named=[r for r in rows if r["verdict"] in _CONFIDENT],
         maybe=[r for r in rows if r["verdict"] == "Plausible"],
-        corrects=[one["name"] for one in content["answer"].get("corrected", [])],
+        groups=_groups(rows),
+        corrects=content["answer"].get("corrected", []),
         quiet=[r for r in rows if r["verdict"] not in (*_CONFIDENT, "Plausible")],
         marks=_MARKS,
-        gains=gains(content),
+        gains=each,
+        acts={name: gain for gain in each for name in gain["names"]},
+        together=whole_gain(content),
         unjudged=dict(why({a: said["reason"] for a, said in content["answer"]["axes"].items() if not said["judged"]})),
         panels=[panel(content, axis) for axis in content["fall"]["axes"]],
-        numbers=lambda row, key="parameters": numbers(row, content["effects"].get(row["name"], {}), key),
+        numbers=lambda row, key="parameters": [
+            minus(line) for line in numbers(row, content["effects"].get(row["name"], {}), key)
+        ],
         shade=shade,
         figures=deflated(figures(content).encode()),
         data=_safe(json.dumps({key: content[key] for key in ("traces", "fall", "windows", "unit")} | _names(content))),
@@ -73,6 +83,18 @@ def shade(value: float | None) -> str:
         return "none"
     limits = (1.2, 2.0, 4.0, 8.0, 16.0, 50.0)
     return str(sum(value >= x for x in limits))
+
+
+def clauses(summary: str) -> list[str]:
+    """The verdict, and what its sentence adds of what cannot be said and what is left, a sentence each."""
+    parts = re.split(r"; (?=nothing can be said about |structured error is left on )", summary.removesuffix("."))
+    return [f"{part[:1].upper()}{part[1:]}." for part in parts]
+
+
+def _groups(rows: list[dict[str, Any]]) -> list[list[str]]:
+    """The groups of what these flights cannot tell apart, each once."""
+    named = [tuple(row["group"]) for row in rows if row["verdict"] in _CONFIDENT and len(row["group"]) > 1]
+    return [list(group) for group in {frozenset(g): g for g in reversed(named)}.values()][::-1]
 
 
 def _rank(row: dict[str, Any]) -> tuple[int, float]:

@@ -6,7 +6,7 @@
   const figures = await unpacking.json(byId("data-figures").textContent);
   await unpacking.script(byId("data-bokeh").textContent);
   const fall = data.fall, axes = data.traces.axes;
-  const state = {flight: 0, mask: fall.rmse.length - 1, view: "wrench", window: null};
+  const state = {flight: 0, mask: fall.rmse.length - 1, view: "wrench", given: true, window: null};
 
   const series = new Map();  // what the parts of data.traces hold
   for (const one of [...data.traces.flights, ...data.traces.windows]) if (one) series.set(one, await unpacking.series(one));
@@ -80,7 +80,7 @@
   function drawView() {
     for (const axis of axes) {
       const fig = named(`trace-${axis}`), left = state.view === "left";
-      for (const r of fig.renderers) if (r.tags && r.tags[1]) r.visible = r.tags[1].startsWith("left_") === left;
+      for (const r of fig.renderers) if (r.tags && r.tags[1]) r.visible = r.tags[1].startsWith("left_") === left && (state.given || role(r) !== "given");
       for (const p of [...fig.center, ...fig.renderers]) if (role(p) === "band") p.visible = left;
     }
   }
@@ -140,6 +140,7 @@
     const from = event.target;
     if (from.dataset.bit !== undefined) tick(Number(from.dataset.bit), from.checked);
     else if (from.id === "flight") showFlight(Number(from.value));
+    else if (from.id === "given") { state.given = from.checked; drawView(); }
     else if (from.name === "view") { state.view = from.value; drawView(); }
   });
   document.addEventListener("click", (event) => {
@@ -159,11 +160,11 @@
   addEventListener("beforeprint", () => {
     folded = [...document.querySelectorAll("details:not([open])")];
     for (const d of folded) d.open = true;
-    // A canvas keeps the width and the colours that it has on the screen: where paper is narrower it is made smaller,
-    // and what was drawn for the dark is turned to its negative with the same hues.
+    // A canvas keeps the width and the colours that it has on the screen: it is made as wide as the paper (more would
+    // blur it), and what was drawn for the dark is turned to its negative with the same hues.
     for (const plot of document.querySelectorAll(".plot")) {
       const room = plot.closest(".three") ? 330 : 680;
-      plot.style.zoom = Math.min(1, room / Math.max(1, plot.clientWidth));
+      plot.style.zoom = Math.min(1.3, room / Math.max(1, plot.clientWidth));
       plot.style.filter = dark.matches ? "invert(1) hue-rotate(180deg)" : "";
     }
   });
