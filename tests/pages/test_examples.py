@@ -98,6 +98,16 @@ def test_examples_are_copied_whole_and_never_over_what_is_there(tmp_path):
     assert (to / "quad" / "vehicle.yaml").read_text() == "mine"
 
 
+def test_what_a_checkout_lacks_is_copied_beside_what_it_has(tmp_path):
+    (tmp_path / "quad").mkdir()
+    (tmp_path / "quad" / "mine").write_text("mine")
+    done = CliRunner().invoke(examples_command, [str(tmp_path)])
+    assert done.exit_code == 0, done.output
+    assert "quad: is there already, left as it is" in done.output
+    assert [p.name for p in (tmp_path / "quad").iterdir()] == ["mine"]
+    assert load_vehicle(tmp_path / "vehicles" / "crazyswarm2.yaml").name
+
+
 def test_nothing_but_the_packing_knows_the_sealed_file():
     knowing = [p for p in (TOP / "src").rglob("*.py") if "seal" in p.read_text()]
     assert [p.name for p in knowing] == ["packing.py"]

@@ -67,6 +67,16 @@ def test_a_page_is_run_in_its_order_in_one_folder_and_rewritten():
     assert rewritten(text, run_page(text).blocks) == text
 
 
+def test_a_page_that_copies_the_examples_begins_without_them():
+    page = "```sh\ninfotraj examples examples\n```\n```text\n```\n"
+    (block,) = run_page(page).blocks
+    assert "already" not in block.now
+    assert "examples/quad: " in block.now
+    # One that is not run copies nothing.
+    alone = "```sh\ninfotraj examples examples\n```\nb\n```sh\nls examples\n```\n```text\n```\n"
+    assert run_page(alone).blocks[0].now == "quad\nvehicles\n"
+
+
 def test_a_picture_is_what_a_command_of_the_page_drew():
     page = "```sh\nmkdir figures; printf drawn > figures/a.png\n```\n```text\n```\n![a](pictures/page/a.png)\n"
     assert run_page(page).pictures == {"pictures/page/a.png": b"drawn"}

@@ -18,12 +18,15 @@ from infotraj.examples.location import FOLDERS, shipped
 def examples_command(folder: Path, quiet: bool) -> None:
     """Copy example flights (FOLDER/quad) and vehicle files (FOLDER/vehicles).
 
-    What is there already is never overwritten.
+    What is there already is never overwritten: the other of the two is copied, as into a checkout, which has its flights.
     """
-    for name in FOLDERS:
-        if (folder / name).exists():
-            raise UsageError(problem(f"{folder / name} is there already", "a new place", "Name another folder."))
-    for name in FOLDERS:
+    there = [name for name in FOLDERS if (folder / name).exists()]
+    if len(there) == len(FOLDERS):
+        raise UsageError(problem(f"{folder / there[0]} is there already", "a new place", "Name another folder."))
+    for name in there:
+        if not quiet:
+            click.echo(f"{folder / name}: is there already, left as it is", err=True)
+    for name in [name for name in FOLDERS if name not in there]:
         part = folder / f".{name}.part"
         try:
             folder.mkdir(parents=True, exist_ok=True)

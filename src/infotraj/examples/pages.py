@@ -1,8 +1,8 @@
 """What pages show of commands is what the commands print: `python -m infotraj.examples.pages PAGE...` writes it.
 
 In a page (Markdown) a block ```sh with a block ```text right below it is a command and its output. The commands of a
-page run one after another in one new folder that holds `examples` (what `infotraj examples examples` copies); what they
-print to both streams replaces the text. So do blocks of ```python, in one session, with an output below or without.
+page run one after another in one new folder that holds `examples` (what `infotraj examples examples` copies), unless one
+of them copies it; what they print to both streams replaces the text. So do blocks of ```python, in one session, with an output below or without.
 A picture `pictures/PAGE/NAME.png` of a page is what its commands wrote as `figures/NAME.png`. INFOTRAJ_DATA, where set,
 stands in the folder as `data`: real flights, which no page ships.
 With --check nothing is written: a page whose words differ from what is printed now fails, and so does one whose numbers
@@ -33,6 +33,7 @@ _BLOCK = re.compile(
     r"^```(?P<kind>sh|python)\n(?P<commands>(?:(?!```).*\n)+)```(?:\n\n?```text\n(?P<said>(?:(?!```).*\n)*)```)?$",
     re.MULTILINE,
 )
+_COPIES = re.compile(r"^infotraj examples ", re.MULTILINE)
 _PICTURE = re.compile(r"!\[[^\]]*\]\((?P<path>pictures/[\w-]+/(?P<name>[\w-]+\.png))\)")
 _NUMBER = re.compile(r"(?<![\w/.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w/])")
 _ALIKE = 0.2  # of the larger of two numbers
@@ -66,7 +67,8 @@ def run_page(text: str) -> Ran:
     found = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        CliRunner().invoke(examples_command, [str(folder / "examples"), "-q"], catch_exceptions=False)
+        if not any(block["said"] is not None and _COPIES.search(block["commands"]) for block in _BLOCK.finditer(text)):
+            CliRunner().invoke(examples_command, [str(folder / "examples"), "-q"], catch_exceptions=False)
         if os.environ.get("INFOTRAJ_DATA"):
             (folder / "data").symlink_to(Path(os.environ["INFOTRAJ_DATA"]).resolve())
         session: dict[str, Any] = {}
