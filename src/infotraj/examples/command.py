@@ -18,7 +18,7 @@ from infotraj.examples.location import FOLDERS, shipped
 def examples_command(folder: Path, quiet: bool) -> None:
     """Copy example flights (FOLDER/quad) and vehicle files (FOLDER/vehicles).
 
-    What is there already is never overwritten: the other of the two is copied, as into a checkout, which has its flights.
+    What is there already is never overwritten; the other one is copied, as into a checkout, which has the flights.
     """
     there = [name for name in FOLDERS if (folder / name).exists()]
     if len(there) == len(FOLDERS):

@@ -1,8 +1,9 @@
 """What pages show of commands is what the commands print: `python -m infotraj.examples.pages PAGE...` writes it.
 
 In a page (Markdown) a block ```sh with a block ```text right below it is a command and its output. The commands of a
-page run one after another in one new folder that holds `examples` (what `infotraj examples examples` copies), unless one
-of them copies it; what they print to both streams replaces the text. So do blocks of ```python, in one session, with an output below or without.
+page run one after another in one new folder that holds `examples` (what `infotraj examples examples` copies), unless
+one of them copies it; what they print to both streams replaces the text. So do blocks of ```python, in one session,
+with an output below or without.
 A picture `pictures/PAGE/NAME.png` of a page is what its commands wrote as `figures/NAME.png`. INFOTRAJ_DATA, where set,
 stands in the folder as `data`: real flights, which no page ships.
 With --check nothing is written: a page whose words differ from what is printed now fails, and so does one whose numbers
