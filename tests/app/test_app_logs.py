@@ -54,7 +54,7 @@ def test_a_log_without_a_suffix_is_told_by_its_first_bytes(server, chromium, tmp
     os.mkfifo(server.folder / "pipe")  # nobody writes to it: whoever opens it waits forever
     tab = chromium.new_page()
     tab.goto(server.address)
-    tab.locator("#choose").set_input_files(log)
+    tab.locator("#choose").set_input_files(log)  # at once, before the page knows the folder
     row = tab.locator("tr[data-name='log07']")
     expect(row.locator("summary")).to_contain_text("imported as log07.parquet", timeout=60000)
     assert tab.get_by_label("Ask log07.parquet").is_checked()
@@ -68,6 +68,12 @@ def test_a_log_without_a_suffix_is_told_by_its_first_bytes(server, chromium, tmp
     tab.locator("#choose").set_input_files(tmp_path / "log08")
     expect(tab.locator("#error")).to_contain_text("log08: no known suffix, and no known log", timeout=60000)
     assert not (server.folder / "log08").exists()
+    # The reason stands while what came with it is looked at, and two are both told.
+    crazyflie_log(tmp_path / "log10")
+    (tmp_path / "log11").write_text("none either\n")
+    tab.locator("#choose").set_input_files([tmp_path / "log08", tmp_path / "log11", tmp_path / "log10"])
+    expect(tab.locator("tr[data-name='log10.parquet']")).to_have_count(1, timeout=60000)
+    assert all(name in tab.locator("#error").inner_text() for name in ("log08: no known", "log11: no known"))
     # In a folder that is dropped it is looked for quietly.
     dropped = tmp_path / "card"
     dropped.mkdir()

@@ -26,6 +26,8 @@ def test_the_whole_way_from_a_dropped_log_to_a_saved_model(server, chromium, tmp
     tab.on("pageerror", lambda e: complaints.append(str(e)))
     tab.on("request", lambda r: asked.append(r.url))
     tab.goto(server.address)
+    expect(tab.locator("#nothing")).to_contain_text("Nothing is in this folder yet")
+    expect(tab.locator("#files")).to_be_hidden()
     # A broken log first: its finding is on the page, and the rest goes on.
     broken = tmp_path / "broken.parquet"
     broken.write_bytes((QUAD / "flight_0.parquet").read_bytes()[:5000])

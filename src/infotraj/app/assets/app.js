@@ -6,8 +6,11 @@
   const steps = ["reading and checking", "diagnosing", "computing where it fails", "report.html"];
 
   function say(text) { byId("error").textContent = text || ""; byId("error").hidden = !text; }
+  function add(text) { say([byId("error").textContent, text].filter(Boolean).join(" ")); }
+  // What was said stands until the user does the next thing, also while what was dropped with it is being looked at.
+  for (const kind of ["click", "change", "drop"]) document.addEventListener(kind, () => say(""), true);
+  const LOST = "The server does not answer, or has begun anew. Open its address again.";
   async function call(what, body) {
-    say("");
     const reply = await fetch(what, {method: "POST", headers: {"Content-Type": "application/json"}, body: JSON.stringify(body || {})})
       .catch(() => null);
     if (!reply) { say("The server does not answer. Is it still running?"); return null; }
@@ -19,7 +22,8 @@
   async function refresh() {
     clearTimeout(timer);
     const reply = await fetch("state").catch(() => null);
-    if (!reply || !reply.ok) { say("The server does not answer, or has begun anew. Open its address again."); timer = setTimeout(refresh, 3000); return; }
+    if (!reply || !reply.ok) { say(LOST); timer = setTimeout(refresh, 3000); return; }
+    if (byId("error").textContent === LOST) say("");
     state = await reply.json();
     draw();
     if (!running() && queue.length) { const [what, body] = queue.shift(); await call(what, {model: model(), ...body}); return; }
@@ -115,6 +119,7 @@
       head.scope = "row"; head.textContent = file.name; row.append(head);
       row.dataset.name = file.name;
       const elsewhere = said.name && said.name !== file.name;
+      row.classList.toggle("taken", Boolean(elsewhere || said.fixed));
       if (refused && asked.has(file.name)) wanted.add(file.name);  // it may be one of another vehicle
       if (refused || elsewhere) { asked.delete(file.name); healthy.delete(file.name); }
       if (file.kind === "flight" && !refused && !elsewhere) { able.push(file.name); cell(row, box(asked, healthy, file.name, "Ask")); cell(row, box(healthy, asked, file.name, "Healthy")); }
@@ -136,6 +141,8 @@
       rows.push(row);
     }
     body.replaceChildren(...rows);
+    byId("files").parentElement.hidden = !rows.length;
+    byId("nothing").hidden = Boolean(rows.length);
     drawAll(able.filter((name) => !healthy.has(name)));
     if (focused) { const again = document.querySelector(`[aria-label="${CSS.escape(focused)}"]`); if (again) again.focus(); }
     const select = byId("model"), before = select.value;
@@ -182,11 +189,10 @@
   function ask(what, body) { queue.push([what, body]); if (!running()) refresh(); }
   // quiet: of a file that may be none of ours nothing is said.
   async function send(file, more, quiet) {
-    if (file.size > state.upload_limit) { if (!quiet) say(`${file.name}: too large; expected at most ${state.upload_limit / 1e6} MB. Cut it.`); return null; }
-    say("");
+    if (file.size > state.upload_limit) { if (!quiet) add(`${file.name}: too large; expected at most ${state.upload_limit / 1e6} MB. Cut it.`); return null; }
     const reply = await fetch(`upload?name=${encodeURIComponent(file.name)}${more || ""}`, {method: "POST", body: file}).catch(() => null);
     const found = reply ? await reply.json().catch(() => ({})) : {};
-    if (!reply || !reply.ok) { if (!quiet) say(found.error || `${file.name}: was not taken`); return null; }
+    if (!reply || !reply.ok) { if (!quiet) add(found.error || `${file.name}: was not taken`); return null; }
     return found;
   }
   // A ROS 2 bag is a folder: its metadata first, then its parts, then all of it under one name.
