@@ -3,6 +3,7 @@
 import io
 import threading
 import time
+from pathlib import Path
 from types import SimpleNamespace
 
 import click
@@ -10,6 +11,8 @@ import pytest
 
 from infotraj import progress as module
 from infotraj.progress import progress, waiting
+
+QUAD = Path(__file__).parents[1] / "examples/quad"
 
 
 @pytest.fixture
@@ -103,3 +106,45 @@ def test_an_error_passes_through(terminal):
     with pytest.raises(ValueError, match="third"):
         three_of(terminal)
     assert "check 3 of 5" in terminal.said()
+
+
+def test_what_an_earlier_step_said_is_not_said_of_the_next_wait(terminal, monkeypatch):
+    monkeypatch.setattr(module, "_EVERY", 0.001)
+    module.step(3, 3, "log7")  # by something that nobody waited for
+    with waiting("diagnosing"):
+        terminal.now = 12.0
+        wait_for(lambda: "so far" in terminal.said())
+    assert "log7" not in terminal.said()
+
+
+def test_a_log_that_takes_long_to_import_and_figures_say_so(terminal, monkeypatch, tmp_path):
+    """The commands wait under `waiting`: slowed down, each is told."""
+    import infotraj.importing.reading as reading
+    import infotraj.plots.comparison as comparison
+
+    monkeypatch.setattr(module, "_EVERY", 0.001)
+
+    def slow(run):
+        def later(*arguments, **how):
+            before = terminal.said()
+            terminal.now += 12.0
+            wait_for(lambda: "so far" in terminal.said()[len(before) :])
+            return run(*arguments, **how)
+
+        return later
+
+    monkeypatch.setattr(reading, "read_streams", slow(reading.read_streams))
+    monkeypatch.setattr(comparison, "comparison_figures", slow(lambda *_: []))
+    run_command("import", QUAD / "log/board.csv", "--mapping", QUAD / "log/board.yaml", "-o", tmp_path / "b.parquet")
+    assert "importing board.csv, 12 s so far" in terminal.said()
+    run_command("compare", QUAD / "vehicle.yaml", QUAD / "flight_0.parquet", "--figures", tmp_path / "figures")
+    assert "drawing, 12 s so far" in terminal.said()
+
+
+def run_command(*words):
+    from click.testing import CliRunner
+
+    from infotraj.cli import cli
+
+    done = CliRunner().invoke(cli, [str(word) for word in words], catch_exceptions=False)
+    assert done.exit_code == 0, done.output

@@ -50,6 +50,7 @@ def waiting(label: str) -> Iterator[None]:
     if not _heard():
         yield
         return
+    _step.clear()
     begun, ended = time.monotonic(), threading.Event()
     thread = threading.Thread(target=_so_far, args=(label, begun, ended), daemon=True)
     thread.start()

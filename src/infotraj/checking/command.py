@@ -13,6 +13,7 @@ import click
 
 from infotraj.errors import InfotrajError, InputError, UsageError, problem
 from infotraj.options import accept_option
+from infotraj.progress import waiting
 from infotraj.terminal import show
 
 if TYPE_CHECKING:
@@ -62,7 +63,9 @@ def check_command(
     accepted = known(accept)
     believed = load_vehicle(vehicle) if vehicle is not None else None
     checks = []
-    for check in check_logs(logs, mapping, believed, start, stop, settings=parse_settings(changes), accept=accepted):
+    with waiting("checking"):
+        found = check_logs(logs, mapping, believed, start, stop, settings=parse_settings(changes), accept=accepted)
+    for check in found:
         checks.append(check)
         show(as_text(check, notes=not quiet, details=verbose))
     together = across_text(checks, accepted)

@@ -21,6 +21,7 @@ from infotraj.checking.whole import Check, examine
 from infotraj.errors import InputError
 from infotraj.flight import Flight, sha256
 from infotraj.importing import Mapping, Settings, load_mapping
+from infotraj.progress import step
 from infotraj.vehicle import Vehicle
 
 
@@ -58,7 +59,8 @@ def check_logs(
     checks: list[Check] = []
     keys: list[Hashable] = []
     copies: dict[int, tuple[Finding, Flight]] = {}
-    for path in map(Path, paths):
+    for number, path in enumerate(map(Path, paths), 1):
+        step(number, len(paths), path.name)
         digest = sha256(path) if path.is_file() else str(path.resolve())
         keys.append(str(path))
         if digest in bytes_seen and "copy" not in accept:

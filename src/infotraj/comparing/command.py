@@ -24,6 +24,7 @@ from infotraj.options import (
     verbose_option,
     window_option,
 )
+from infotraj.progress import waiting
 from infotraj.terminal import show
 
 THRESHOLD_PASSED = 4
@@ -122,7 +123,9 @@ def compare_command(
     if figures is not None:
         from infotraj.plots.comparison import comparison_figures
 
-        for path in comparison_figures(comparison, figures):
+        with waiting("drawing"):
+            drawn = comparison_figures(comparison, figures)
+        for path in drawn:
             say(quiet, str(path))
     if recording is not None:
         from infotraj.comparing.statistics import worst_flight

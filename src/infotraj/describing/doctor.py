@@ -10,6 +10,7 @@ import click
 
 from infotraj.errors import InfotrajError, InputError
 from infotraj.options import accept_option
+from infotraj.progress import waiting
 from infotraj.terminal import show
 
 if TYPE_CHECKING:
@@ -35,7 +36,9 @@ def doctor_command(model: Path, flights: tuple[Path, ...], accept: tuple[str, ..
 
     read = load_model(model)
     ready = []
-    for check in check_logs(flights, None, read.vehicle, accept=known(accept)):
+    with waiting("checking"):
+        checks = check_logs(flights, None, read.vehicle, accept=known(accept))
+    for check in checks:
         stands, line = diagnosed(check, read, frozenset(known(accept)))
         if not stands:
             ready.append(check.source)

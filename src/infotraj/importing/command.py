@@ -12,6 +12,7 @@ import yaml
 
 from infotraj import __version__
 from infotraj.errors import InfotrajError, InputError, UsageError, problem
+from infotraj.progress import waiting
 
 
 @click.command("import")
@@ -87,10 +88,11 @@ def import_command(
         try:
             if fix:
                 own = _fixed(log, chosen, settings, start, stop, definitions, quiet)
-            read = read_streams(
-                log, chosen, definitions=definitions, allow_damaged=allow_damaged, settings=own, beside=beside
-            )
-            flight = to_flight(read, start=start, stop=stop, rows=rows)
+            with waiting(f"importing {log.name}"):
+                read = read_streams(
+                    log, chosen, definitions=definitions, allow_damaged=allow_damaged, settings=own, beside=beside
+                )
+                flight = to_flight(read, start=start, stop=stop, rows=rows)
         except InputError as error:
             report["rejected"].append({"path": str(log), "reason": str(error)})
             click.echo(f"rejected: {error}", err=True)

@@ -107,7 +107,9 @@ def locate_command(
     if figures is not None:
         from infotraj.plots.places import place_figures
 
-        for path in place_figures(located, figures):
+        with waiting("drawing"):
+            drawn = place_figures(located, figures)
+        for path in drawn:
             say(quiet, str(path))
     if recording is not None:
         from infotraj.comparing.statistics import worst_flight
