@@ -300,6 +300,21 @@ def test_a_disclaimer_and_a_gain_are_said_once(content):
     assert f"Anything about tz: {reason}." in page(changed)
 
 
+def test_a_page_that_names_nothing_says_how_large_the_error_is(content):
+    changed = json.loads(json.dumps(content))
+    for row in changed["answer"]["effects"]:
+        row["verdict"] = "Not needed"
+    changed["fall"]["boxes"] = []
+    cells = [[{"before": 1.0 + i + 0.1 * k, "after": 1.0} for k in range(3)] for i in range(6)]
+    changed["heat"]["rows"] = [{"axis": a, "cells": c} for a, c in zip(AXES, cells, strict=True)]
+    changed["answer"]["axes"]["tz"] = {"judged": False, "reason": "it hovers", "coherence": None}
+    text = page(changed)
+    assert "is <b>5.2</b> times what the sensors' noise alone leaves (ty of flight_2)" in text
+    assert "A name says that" not in text
+    assert "A name says that" in page(content)
+    assert "times what the sensors' noise" not in page(content)
+
+
 def test_a_verdict_is_cut_where_it_adds_what_cannot_be_said():
     said = "Missing: a (or b: c; d); nothing can be said about tx: e; f; structured error is left on fz that g."
     assert clauses(said) == [

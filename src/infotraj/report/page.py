@@ -63,6 +63,7 @@ def page(content: dict[str, Any]) -> str:
         gains=each,
         acts={name: gain for gain in each for name in gain["names"]},
         together=whole_gain(content),
+        worst=_worst(content),
         unjudged=dict(why({a: said["reason"] for a, said in content["answer"]["axes"].items() if not said["judged"]})),
         panels=[panel(content, axis) for axis in content["fall"]["axes"]],
         numbers=lambda row, key="parameters": [
@@ -95,6 +96,18 @@ def _groups(rows: list[dict[str, Any]]) -> list[list[str]]:
     """The groups of what these flights cannot tell apart, each once."""
     named = [tuple(row["group"]) for row in rows if row["verdict"] in _CONFIDENT and len(row["group"]) > 1]
     return [list(group) for group in {frozenset(g): g for g in reversed(named)}.values()][::-1]
+
+
+def _worst(content: dict[str, Any]) -> dict[str, Any] | None:
+    """Where the error of the model as given is the largest multiple of the floor, among the axes that are judged."""
+    judged = [row for row in content["heat"]["rows"] if content["answer"]["axes"][row["axis"]]["judged"]]
+    every = [
+        {"ratio": cell["before"], "axis": row["axis"], "flight": flight}
+        for row in judged
+        for flight, cell in zip(content["heat"]["flights"], row["cells"], strict=True)
+        if cell["before"] is not None
+    ]
+    return max(every, key=lambda one: one["ratio"], default=None)
 
 
 def _rank(row: dict[str, Any]) -> tuple[int, float]:
