@@ -26,7 +26,7 @@ def test_the_whole_way_from_a_dropped_log_to_a_saved_model(server, chromium, tmp
     tab.on("pageerror", lambda e: complaints.append(str(e)))
     tab.on("request", lambda r: asked.append(r.url))
     tab.goto(server.address)
-    expect(tab.locator("#nothing")).to_contain_text("Nothing is in this folder yet")
+    expect(tab.get_by_text("Nothing is in this folder yet")).to_be_visible()
     expect(tab.locator("#files")).to_be_hidden()
     # A broken log first: its finding is on the page, and the rest goes on.
     broken = tmp_path / "broken.parquet"
@@ -36,6 +36,7 @@ def test_the_whole_way_from_a_dropped_log_to_a_saved_model(server, chromium, tmp
     )
     row = tab.locator("tr[data-name='broken.parquet']")
     row.locator(".rejected").wait_for(timeout=60000)
+    expect(tab.locator("#nothing")).to_be_hidden()
     assert "broken.parquet" in row.locator("pre").inner_text()
     assert row.get_by_label("Mapping of").count() == 0  # none would mend it
     for k in range(3):
