@@ -44,7 +44,7 @@ NAMES = {
     "linear_drag": {"d"},
     "quadratic_drag": {"d"},
     "angular_damping": {"d"},
-    "gyroscopic": {"rotor_inertia"},
+    "gyroscopic": {"rotor_inertia", "momentum"},  # the specification has the first; momentum: where no speed is known
     "steady_force": {"f"},
     "steady_torque": {"t"},
     "suspended_load": {"mass", "length"},

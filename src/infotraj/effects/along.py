@@ -136,6 +136,11 @@ class Along:
         return self.actuation.keep("speeds", self._speeds)[1]
 
     @property
+    def root_of_thrust(self) -> tuple[Array, Array]:
+        """Root of the nominal thrusts and its rate of change, each (N, rotors), sqrt(N) and sqrt(N)/s."""
+        return self.actuation.keep("roots", lambda: self._rooted(np.ones(len(self.vehicle.rotors))))
+
+    @property
     def position(self) -> Array:
         """Rotor positions (N, rotors, 3) m."""
         return self._frames()[0]
@@ -193,12 +198,17 @@ class Along:
         derived = np.array([r.input != "speed" for r in self.vehicle.rotors])
         if not derived.any():
             return x, slope
-        k_f = np.array([r.thrust_coefficient or np.nan for r in self.vehicle.rotors])
-        _, c1, c2 = _thrust_polynomials(self.vehicle)
-        speed = np.sqrt(np.maximum(self.nominal_thrust, 0.0) / k_f)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            rise = np.where(speed > 0, (c1 + 2 * c2 * x) * slope / (2 * k_f * speed), 0.0)
+        speed, rise = self._rooted(np.array([r.thrust_coefficient or np.nan for r in self.vehicle.rotors]))
         return np.where(derived, speed, x), np.where(derived, rise, slope)
+
+    def _rooted(self, k_f: Array) -> tuple[Array, Array]:
+        """sqrt(T / k_f) of the nominal thrusts and its slope, each (N, rotors)."""
+        _, c1, c2 = _thrust_polynomials(self.vehicle)
+        root = np.sqrt(np.maximum(self.nominal_thrust, 0.0) / k_f)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            inner = (c1 + 2 * c2 * self.actuation.rotor) * self.actuation.rotor_slope
+            rise = np.where(root > 0, inner / (2 * k_f * root), 0.0)
+        return root, rise
 
 
 def rotor_frames(vehicle: Vehicle, tilt: Array) -> tuple[Array, Array]:
