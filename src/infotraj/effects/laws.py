@@ -56,7 +56,8 @@ class AirLaw:
 class BodyLaw:
     """mass (kg), inertia (3, 3) kg m^2 about the centre of mass, and that centre (3,) m from the body's origin.
 
-    drag_at_rotors: m (3,), how far from the rotors of the vehicle file the drag of the rotors acts.
+    drag_at_rotors: m (3,), how far from the rotors of the vehicle file the drag of the rotors acts; measured_at: m
+    (3,), the point of the body, from its origin, that the specific force was measured at.
     mass and inertia are None where the vehicle file leaves them out.
     """
 
@@ -64,12 +65,13 @@ class BodyLaw:
     inertia: Array | None
     center_of_mass: Array
     drag_at_rotors: Array = field(default_factory=lambda: np.zeros(3))
+    measured_at: Array = field(default_factory=lambda: np.zeros(3))
 
     @classmethod
     def declared(cls, vehicle: Vehicle) -> BodyLaw:
         """The rigid body that the vehicle file declares."""
         inertia = None if vehicle.inertia is None else vehicle.inertia.matrix()
-        return cls(vehicle.mass, inertia, np.array(vehicle.center_of_mass))
+        return cls(vehicle.mass, inertia, np.array(vehicle.center_of_mass), measured_at=np.array(vehicle.measured_at))
 
 
 @dataclass(frozen=True)

@@ -52,8 +52,15 @@ def specific_force(law: BodyLaw, force: Array, rate: Array | None, angular: Arra
     if r.any():
         if rate is None:
             return np.full_like(result, np.nan)
-        result = result - cross(angular, r) - cross(rate, cross(rate, r))
+        result = result - lever(r, rate, angular)
     return result
+
+
+def lever(place: Array, rate: Array | None, angular: Array) -> Array:
+    """Specific force (N, 3) by which a point `place` (3,) of the body differs from its origin; NaN without a rate."""
+    if rate is None:
+        return np.full_like(angular, np.nan)
+    return cross(angular, place) + cross(rate, cross(rate, place))
 
 
 def response_to_force(law: BodyLaw, direction: Array) -> tuple[Array, Array]:

@@ -85,8 +85,8 @@ class Model:
 
     def testable(self, flight: Flight) -> dict[str, str | None]:
         """For each of fx fy fz tx ty tz None, or why nothing can be said about it."""
-        # A centre of mass beside the origin moves with every turn.
-        turning = ("rate",) if any(self.vehicle.center_of_mass) else ()
+        # A centre of mass beside the point that is measured moves with every turn.
+        turning = ("rate",) if any((*self.vehicle.center_of_mass, *self.vehicle.measured_at)) else ()
         needs = {"f": ("mass", "specific force", *turning), "t": ("inertia", "rate")}
         reasons = {}
         for axis in AXES:
@@ -163,7 +163,7 @@ class Model:
             if momenta:
                 slope = sum((m[1] for m in momenta), np.zeros(3))
                 spin_up = self._spin_up(line, momentum, slope, inertia, imu.lag)
-        elif rate is not None and frame.center_of_mass.any():
+        elif rate is not None and (frame.center_of_mass.any() or frame.measured_at.any()):
             angular = prepared.angular_acceleration(line.time, imu)
         f = body.specific_force(frame, force, rate, angular) if frame.mass is not None else unknown
         loads = [e.load(along) for e in self._with("load")]
@@ -174,6 +174,8 @@ class Model:
             for load, pull in zip(loads, body.pulls(frame, loads, free), strict=True):
                 df, dw = body.response_to_force(frame, load.direction)
                 f, angular = f + pull[:, None] * df, angular + pull[:, None] * dw
+        if frame.measured_at.any():
+            f = f + body.lever(frame.measured_at, rate, angular)
         if inertia is None or rate is None:
             angular = unknown
         result = [line.at_rows(f), line.means(f), line.at_rows(angular), line.means(angular)]
@@ -181,8 +183,9 @@ class Model:
             result += [line.forcing(f), line.forcing(angular)]
         if spin_up is not None:
             for of_force, of_turn, more in zip((0, 1, 4), (2, 3, 5), spin_up, strict=False):
-                if frame.center_of_mass.any():
-                    result[of_force] = result[of_force] - body.cross(more, frame.center_of_mass)
+                # The point that is measured, from the centre of mass, which it turns about.
+                if (arm := frame.measured_at - frame.center_of_mass).any():
+                    result[of_force] = result[of_force] + body.cross(more, arm)
                 result[of_turn] = result[of_turn] + more
         return result
 

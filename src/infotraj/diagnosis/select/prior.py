@@ -16,6 +16,7 @@ import numpy as np
 from infotraj.diagnosis.linear.candidates import Candidate
 from infotraj.effects.rotor_place import RotorPlace
 from infotraj.effects.rotor_torque import RotorTorque, arms
+from infotraj.effects.sensor_place import SensorPlace
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
@@ -24,6 +25,7 @@ EACH = 5.0  # nats that a further effect costs before its numbers: of 150 effect
 STATE = 2.0  # nats of a number that is found for one flight: it is told to an eighth of what it may be
 SCALES = (0.05, 0.3, 1.0, 3.0, 9.0)  # of all numbers of a file together, times what their effects say (`Declared`)
 KIND_SPREAD = 0.4  # standard deviation of the logarithm by which a kind's scale differs from the common one
+_OF_THE_LOG = ("clock", "mount")
 _STAMP = 0.1  # of the time between commands: their stamps are hardly more exact
 
 
@@ -35,8 +37,8 @@ class Scales:
     kinds: dict[str, float] = field(default_factory=dict)
 
     def of(self, kind: str) -> float:
-        """The scale of a kind. Clocks are no worse for what a file says of the vehicle."""
-        return 1.0 if kind == "clock" and self.common > 0.0 else self.kinds.get(kind, self.common)
+        """The scale of a kind. Clocks and mounts are no worse for what a file says of the vehicle."""
+        return 1.0 if kind in _OF_THE_LOG and self.common > 0.0 else self.kinds.get(kind, self.common)
 
     def cost(self) -> float:
         """Nats that kinds cost which differ from the common scale."""
@@ -69,10 +71,11 @@ def spikes(owners: Sequence[tuple[Candidate, float]], scales: Scales, command_st
 
 def file_only(vehicle: Vehicle, known: Sequence[Candidate]) -> list[Candidate]:
     """Candidates for numbers of the vehicle file that are no effect: they may be off, and are never named."""
+    found = [Candidate(SensorPlace, SensorPlace.parameters)] if any(c.name == "com_offset" for c in known) else []
     if not vehicle.rotors or not any(c.name == "rotor_effectiveness" for c in known) or vehicle.inertia is None:
-        return []
+        return found
     form = tuple(p for p in RotorTorque.parameters if not p.index)
-    found = [Candidate(RotorTorque, form, (("rotor", i),)) for i in arms(vehicle)]
+    found += [Candidate(RotorTorque, form, (("rotor", i),)) for i in arms(vehicle)]
     if any(c.name in RotorPlace.beside for c in known):
         found.append(Candidate(RotorPlace, RotorPlace.parameters))
     return found
@@ -80,6 +83,6 @@ def file_only(vehicle: Vehicle, known: Sequence[Candidate]) -> list[Candidate]:
 
 def price(candidate: Candidate, alike: int, flights: int) -> float:
     """Nats that naming this candidate costs before a flight is seen. alike: candidates of the same name."""
-    if candidate.cls in (RotorTorque, RotorPlace):
+    if candidate.cls in (RotorTorque, RotorPlace, SensorPlace):
         return float("inf")
     return EACH + float(np.log(max(alike, 1))) + STATE * candidate.cls.states * flights
