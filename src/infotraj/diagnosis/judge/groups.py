@@ -1,10 +1,10 @@
 """Which effects these flights cannot tell apart: each replaced by every other, and fitted as freely.
 
-An effect belongs to the group of another when, in its place, it leaves the data as probable (odds below twenty to one,
-tempered by how much the data scatter beyond the noise model), or when it takes most of the same error off flights that
-were not fitted beside the file as it is, and beside a file as wrong as this one what it leaves does not matter. What it
-explains beside the other as well, and predicts, is none of the other's: only what the other adds to it tells them
-apart.
+An effect belongs to the group of another when, in its place, it takes most of the same error off flights that were not
+fitted beside the file as it is, and leaves the data as probable (odds below twenty to one, tempered by how much the
+data scatter beyond the noise model) or, beside a file as wrong as this one, nothing that matters. What it explains
+elsewhere makes it no rival, however probable that is; what it explains beside the other as well, and predicts, is none
+of the other's: only what the other adds to it tells them apart.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from infotraj.diagnosis.select.search import Fit, Search
 
 AS_PROBABLE = float(np.log(20.0))
 _NEAR = 0.5  # of what an effect gains: a linear rival with as much is fitted before it is compared
-_MOSTLY = 0.5  # of the error that an effect takes off: what a rival may leave of it
+_MOSTLY = 0.5  # of the error that an effect takes off: what a rival takes at least, and may leave
 _MOST = 4  # rivals that are fitted
 
 
@@ -64,13 +64,16 @@ def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival
             name = linear.choices[i].label
             found_now = _Near(adds, rise, ceiling)
             best[name] = min(best.get(name, found_now), found_now, key=lambda x: x.adds)
-    found = []
+    found, without = [], left_by_set(whole, rest)
     for name in sorted(best, key=lambda n: best[n].adds)[:_MOST]:
         made = search.fitted([*(linear.choices[i].label for i in rest), name], whole)
-        ended = name in beyond_bounds(made.members, linear.observation.vehicle)
-        as_good = best[name].rise < min(matters, _MOSTLY * alone)
-        as_good = as_good and left_by_set(made) - now < _MOSTLY * (left_by_set(whole, rest) - now)
-        if not ended and (as_good or (sure and best[name].both - made.solution.score < least)):
+        if name in beyond_bounds(made.members, linear.observation.vehicle):
+            continue
+        takes, by_other = without - now, without - left_by_set(made)
+        if takes >= TELLS and by_other <= _MOSTLY * takes:
+            continue
+        as_good = best[name].rise < min(matters, _MOSTLY * alone) and by_other > _MOSTLY * takes
+        if as_good or (sure and best[name].both - made.solution.score < least):
             found.append(Rival(name, made))
     return found
 
