@@ -8,7 +8,7 @@ from infotraj.diagnosis.judge.needed import TELLS, needed
 NAMES = ["linear_drag", "quadratic_drag", "rotor_drag"]
 
 
-def fit(sizes, chosen, mixed=0.0):
+def fit(sizes, chosen, mixed=0.0, names=NAMES):
     """A residual of three columns times sizes, and noise of 1. mixed: how much of the first the second column holds."""
 
     def rows(rng, _):
@@ -18,7 +18,7 @@ def fit(sizes, chosen, mixed=0.0):
         x[:, 0] = x[:, 1:] @ sizes + rng.standard_normal(ROWS)
         return x
 
-    return linear_fit(NAMES, rows, chosen)
+    return linear_fit(names, rows, chosen)
 
 
 def names(judged):
@@ -52,3 +52,23 @@ def test_what_a_spurious_effect_stood_for_is_taken_in():
     assert set(names(gone)) == {"quadratic_drag", "rotor_drag"}
     assert told.labels == ("linear_drag",)
     assert stay[0].evidence.gain > TELLS
+
+
+def test_what_is_not_linear_is_fitted_without_once_nothing_weaker_is_left():
+    """The delay is held against a fit without it, and so is the lag, but not before the weak drag has gone."""
+    every = ["linear_drag", "actuation_delay", "rotor_lag"]
+    search, whole = fit([0.2, 1.0, 1.0], every, names=every)
+    _, stay, gone = needed(search, whole, np.random.default_rng(0))
+    assert names(gone) == ["linear_drag"]
+    assert set(names(stay)) == {"actuation_delay", "rotor_lag"}
+    without, *rest = search.asked
+    assert without == (("actuation_delay", "rotor_lag"), True)
+    assert sorted(rest) == [(("actuation_delay",), False), (("rotor_lag",), False)]
+
+
+def test_what_a_derivative_calls_weak_is_fitted_before_it_goes():
+    every = ["linear_drag", "actuation_delay", "rotor_lag"]
+    search, whole = fit([1.0, 0.2, 1.0], every, names=every)
+    _, _, gone = needed(search, whole, np.random.default_rng(0))
+    assert names(gone) == ["actuation_delay"]
+    assert search.asked[0] == (("linear_drag", "rotor_lag"), False)

@@ -25,7 +25,8 @@ def linear_fit(
 ) -> tuple[SimpleNamespace, Fit]:
     """A search among effects of one column each, and the fit of those that are chosen.
 
-    rows: residual and columns (ROWS, 1 + n) of block k, in units of the noise.
+    rows: residual and columns (ROWS, 1 + n) of block k, in units of the noise. The search keeps what it was `asked` to
+    fit: labels, and whether more was to be asked from there.
     """
     rng = np.random.default_rng(1)
     forms = {n: tuple(p for p in catalogue()[n].parameters if not p.index) for n in names}
@@ -51,8 +52,13 @@ def linear_fit(
     scales = Scales(0.0)
     scorer = linear.scorer(scales)
 
-    def fitted(labels, like):
+    asked = []
+
+    def fitted(labels, like, go_on=False):
+        asked.append((tuple(labels), go_on))
         chosen = tuple(names.index(x) for x in labels)
         return Fit(linear, chosen, scales, scorer.solution(chosen))
 
-    return SimpleNamespace(fitted=fitted, barred={}), fitted(chosen, None)
+    whole = fitted(chosen, None)
+    asked.clear()
+    return SimpleNamespace(fitted=fitted, afresh=lambda made: made, barred={}, asked=asked), whole

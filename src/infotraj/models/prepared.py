@@ -62,10 +62,13 @@ class Segment:
 
 
 class Prepared:
-    """A flight, as its vehicle reads it, with that vehicle: recorded channels, and what several predictions share."""
+    """A flight, as its vehicle reads it, with that vehicle: recorded channels, and what several predictions share.
 
-    def __init__(self, vehicle: Vehicle, flight: Flight) -> None:
-        self.vehicle = vehicle
+    coarse: predictions are means of fewer points (`timeline`).
+    """
+
+    def __init__(self, vehicle: Vehicle, flight: Flight, coarse: bool = False) -> None:
+        self.vehicle, self.coarse = vehicle, coarse
         self.flight = for_vehicle(flight, vehicle)
         self.recorded: Recorded = recorded(vehicle, self.flight)
         self.wrench = wrench_of_inputs(vehicle)
@@ -163,7 +166,7 @@ class Prepared:
         for start in range(0, max(len(t) - 1, 1), SEGMENT):
             stop = min(start + SEGMENT + 1, len(t))
             inside = slice(*np.searchsorted(jumps, [t[start], t[stop - 1]]))
-            found.append(Segment(start, stop, timeline(t[start:stop], jumps[inside], imu.lag)))
+            found.append(Segment(start, stop, timeline(t[start:stop], jumps[inside], imu.lag, self.coarse)))
         return found
 
     def _actuators(self, segment: Segment, imu: ImuLaw, law: ActuatorLaw) -> Actuation:

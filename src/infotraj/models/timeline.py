@@ -47,12 +47,13 @@ class Timeline:
         return total
 
 
-def timeline(rows: Array, jumps: Array, lag: float = 0.0) -> Timeline:
+def timeline(rows: Array, jumps: Array, lag: float = 0.0, coarse: bool = False) -> Timeline:
     """The timeline of rows (n,) s with commands that jump at `jumps` (m,) s, both increasing.
 
-    lag (s): time constant of the sensors' filter.
+    lag (s): time constant of the sensors' filter; coarse: one point on every stretch, its middle: for how a prediction
+    changes, which need not be as exact as what it says.
     """
-    places, weights = np.polynomial.legendre.leggauss(4 if lag > 0.0 else 2)
+    places, weights = np.polynomial.legendre.leggauss(1 if coarse else 4 if lag > 0.0 else 2)
     places = (1.0 + places) / 2
     basis = np.linalg.inv(np.vander(places, increasing=True)).T.copy()
     given = np.ascontiguousarray(rows, dtype=float), np.ascontiguousarray(jumps, dtype=float)

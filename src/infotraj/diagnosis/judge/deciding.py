@@ -73,7 +73,7 @@ def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
         findings, rest = demoted, [x for x in rest if x.split()[0] not in out]
         changed = len(rest) < len(told.labels)
         if changed:
-            told = search.fitted(rest, told)
+            told = search.fitted(rest, told, go_on=True)
 
 
 def _labels(told: Fit, supported: Sequence[str], stand: dict[str, str]) -> list[str]:

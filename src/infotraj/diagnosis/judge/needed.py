@@ -46,20 +46,44 @@ def needed(search: Search, whole: Fit, rng: np.random.Generator) -> tuple[Fit, l
     """
     gone: list[Judged] = []
     while True:
-        rests = {m.candidate.label: _without(search, whole, m) for m in whole.members if not m.held}
-        judged = _judged(whole, rests, rng)
-        weak = [j for j in judged if not j.needed]
-        if weak:
-            least = min(weak, key=lambda j: j.evidence.gain)
+        judged, least, rest = _weakest(search, whole, rng)
+        if least is not None:
             gone.append(least)
             label = least.member.candidate.label
-            rest = rests[label]
-            whole = search.fitted([x for x in whole.labels if x != label], whole) if rest is None else rest
+            left = [x for x in whole.labels if x != label]
+            whole = search.fitted(left, whole, go_on=True) if rest is None else search.afresh(rest)
             continue
         further = _further(search, whole, {j.member.candidate.label for j in gone}, rng) if gone else None
         if further is None:
             return whole, judged, gone
-        whole = search.fitted([*whole.labels, further], whole)
+        whole = search.fitted([*whole.labels, further], whole, go_on=True)
+
+
+def _weakest(search: Search, whole: Fit, rng: np.random.Generator) -> tuple[list[Judged], Judged | None, Fit | None]:
+    """The effects of a set as they are judged, the one that goes, and the set without it where that was fitted.
+
+    None goes where each predicts. An effect that is not linear in its numbers is held against a fit without it, what a
+    derivative calls weakest first: what it says of the others need not be exact for as long as one goes.
+    """
+    numbers = dict(zip((m.candidate.label for m in whole.members), fitted_numbers(whole), strict=True))
+    own = {m.candidate.label: m for m in whole.members if not m.held}
+    half = {label: takes_half(whole, label) for label in own}
+    found = {label: evidence(whole, label, rng) for label in own}
+    rests: dict[str, Fit] = {}
+    while True:
+        share = shared(whole, found.values())
+        judged = [
+            Judged(m, numbers[label], replace(found[label], gain=share * found[label].gain), half[label])
+            for label, m in own.items()
+        ]
+        open_to = [j for j in judged if not (j.member.candidate.cls.linear or j.member.candidate.label in rests)]
+        weak = [j for j in judged if not j.needed]
+        least = min(weak or open_to, key=lambda j: j.evidence.gain, default=None)
+        if least is None or not any(j is least for j in open_to):
+            return judged, least, None if least is None else rests.get(least.member.candidate.label)
+        label = least.member.candidate.label
+        rests[label] = search.fitted([x for x in whole.labels if x != label], whole)
+        found[label] = evidence(whole, label, rng, rests[label])
 
 
 def _further(search: Search, whole: Fit, gone: set[str], rng: np.random.Generator) -> str | None:
@@ -76,21 +100,3 @@ def _further(search: Search, whole: Fit, gone: set[str], rng: np.random.Generato
         if e.probability >= SURE and e.selected >= SURE and e.gain >= TELLS:
             found[choices[i].label] = max(e.gain, found.get(choices[i].label, 0.0))
     return max(found, key=lambda x: found[x]) if found else None
-
-
-def _without(search: Search, whole: Fit, m: Member) -> Fit | None:
-    """The set without an effect that is not linear in its numbers; None for one that is."""
-    if m.candidate.cls.linear:
-        return None
-    return search.fitted([x for x in whole.labels if x != m.candidate.label], whole)
-
-
-def _judged(whole: Fit, rests: dict[str, Fit | None], rng: np.random.Generator) -> list[Judged]:
-    numbers = dict(zip((m.candidate.label for m in whole.members), fitted_numbers(whole), strict=True))
-    found = {label: evidence(whole, label, rng, rest) for label, rest in rests.items()}
-    share = shared(whole, found.values())
-    return [
-        Judged(m, numbers[label], replace(found[label], gain=share * found[label].gain), takes_half(whole, label))
-        for m in whole.members
-        if (label := m.candidate.label) in found
-    ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from infotraj.diagnosis.measure.residual import FlightSamples
 from infotraj.effects.base import Effect
 from infotraj.errors import InputError
 from infotraj.models import Model
+from infotraj.models.prepared import Prepared
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
@@ -51,6 +53,13 @@ class Observation:
     healthy: Healthy | None = None
     balance: frozenset[str] = frozenset()
     scatter: Mapping[tuple[str, int], float] = field(default_factory=dict)
+
+    @cached_property
+    def coarse(self) -> tuple[FlightSamples, ...]:
+        """The same samples where predictions are means of fewer points: for how they change with a number."""
+        return tuple(
+            replace(s, prepared=Prepared(s.prepared.vehicle, s.prepared.flight, coarse=True)) for s in self.samples
+        )
 
     def model(self, members: Sequence[Member]) -> Model:
         """The vehicle with these effects, and with what is healthy beside them."""

@@ -109,20 +109,22 @@ def columns_of(
 ) -> list[list[Array]]:
     """The residual of the vehicle with `effects`, and what it loses with each changed set of effects, times a factor.
 
-    Over the bins of the transform, one (bins, 3, 1 + p) a channel of a flight; samples: sample by sample instead.
+    Over the bins of the transform, one (bins, 3, 1 + p) a channel of a flight; samples: sample by sample instead. What
+    a changed set loses is computed between fewer points than the residual: it need not be as exact.
     """
 
     def kept(turn: Lapped, x: Array) -> Array:
         return x if samples else turn.binned(x)
 
     out = []
-    for s, turns in zip(observation.samples, observation.transforms, strict=True):
-        base = s.residual(Model(observation.vehicle, effects))
-        columns = [[kept(turn, b)] for turn, b in zip(turns, base, strict=True)]
+    for s, coarse, turns in zip(observation.samples, observation.coarse, observation.transforms, strict=True):
+        now = Model(observation.vehicle, effects)
+        columns = [[kept(turn, b)] for turn, b in zip(turns, s.residual(now), strict=True)]
+        base = coarse.residual(now) if changed else []
         for moved, factor in changed:
             try:
                 with np.errstate(all="ignore"):
-                    residual = s.residual(Model(observation.vehicle, moved))
+                    residual = coarse.residual(Model(observation.vehicle, moved))
             except InputError:
                 residual = base
             for own, turn, b, r in zip(columns, turns, base, residual, strict=True):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,8 +12,8 @@ from infotraj.diagnosis.linear.candidates import Candidate, Variant, places, rea
 from infotraj.diagnosis.linear.candidates import variants as own_variants
 from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.linear.sensitivities import sensitivities
-from infotraj.diagnosis.linear.sums import Sums, gathered
-from infotraj.diagnosis.noise.spectra import Spectrum, Weights, spectra, weights
+from infotraj.diagnosis.linear.sums import Sums, gathered, with_residual
+from infotraj.diagnosis.noise.spectra import Spectrum, Weights, binned, spectra, weights
 from infotraj.diagnosis.select.prior import SCALES, Scales, is_file_number, price, spikes
 from infotraj.diagnosis.select.score import Choice, Scorer
 from infotraj.effects.base import Effect
@@ -46,7 +46,8 @@ class Linear:
     """The model around `point`: its members now (held effects, chosen ones, file numbers that are off).
 
     columns: every number; choices: sets of columns that stand for an effect, held ones left out; variants: of each
-    choice, None where it is a member; found: residual and columns as spectra; weights, sums: see there.
+    choice, None where it is a member; found: residual and columns as spectra; weights, sums: see there; origin: the
+    effects as they were where a member's columns were made, by label.
     """
 
     observation: Observation
@@ -57,6 +58,7 @@ class Linear:
     found: tuple[Spectrum, ...]
     weights: Weights
     sums: Sums
+    origin: Mapping[str, Effect] = field(default_factory=dict)
 
     @cached_property
     def now(self) -> Array:
@@ -141,6 +143,44 @@ class Linear:
         parts = [replace(s, values=s.values[:, beside]) for s in self.found]
         weighed = weights(parts, self.observation.ignored, None, self.observation.balance)
         return replace(self, weights=weighed, sums=gathered(self.found, weighed, self.observation.blocks))
+
+    def moved(self, point: Sequence[Member]) -> Linear | None:
+        """The same columns around another point, at which the model itself is computed; None where it cannot be.
+
+        What is left changes much sooner than how it changes (simplified Newton; Deuflhard, "Newton methods for
+        nonlinear problems", 2004, 2.2): one evaluation in place of one a number.
+        """
+        o = self.observation
+        raw = o.raw(o.model(point))
+        if raw is None:
+            return None
+        inside = {m.candidate.label: m for m in point}
+        columns = []
+        for c in self.columns:
+            at = places(c.candidate, o.vehicle)
+            base = float(read(o.base(c.candidate), at)[c.place])
+            m = inside.get(c.candidate.label)
+            value = base if m is None else float(read(m.effect, at)[c.place])
+            columns.append(c if c.idle and m is None else replace(c, now=(value - base) / c.scale))
+        first = self.labelled([c.label for c in self.choices])
+        kept = [i for i, c in enumerate(self.choices) if c.label not in inside or i in first]
+        choices = tuple(self.choices[i] for i in kept)
+        variants = tuple(None if self.choices[i].label in inside else self.variants[i] for i in kept)
+        parts = []
+        for s, new in zip(self.found, spectra(o.samples, o.transforms, binned(o.transforms, raw)), strict=True):
+            values = s.values.copy()
+            values[:, 0] = new.values[:, 0]
+            parts.append(replace(s, values=values))
+        sums = with_residual(self.sums, parts, self.weights, o.blocks)
+        return replace(
+            self,
+            point=tuple(point),
+            columns=tuple(columns),
+            choices=choices,
+            variants=variants,
+            found=tuple(parts),
+            sums=sums,
+        )
 
     def labelled(self, labels: Sequence[str]) -> tuple[int, ...]:
         """The choices with these labels, the first of each."""
@@ -306,9 +346,11 @@ def linearised(
     else:
         weighed = weights(parts, observation.ignored, None if like is None else like.weights, observation.balance)
     sums = gathered(parts, weighed, observation.blocks)
-    return Linear(
-        observation, tuple(point), tuple(columns), tuple(choices), tuple(variants), tuple(parts), weighed, sums
-    )
+    origin = {m.candidate.label: m.effect for m in point}
+    if like is not None:
+        origin |= {label: like.origin[label] for label in near}
+    made = (tuple(point), tuple(columns), tuple(choices), tuple(variants), tuple(parts))
+    return Linear(observation, *made, weighed, sums, origin)
 
 
 def _further(like: Linear, known: Sequence[Candidate]) -> dict[str, list[Variant]]:
@@ -338,11 +380,11 @@ def in_balance(candidate: Candidate) -> bool:
 
 def _columns_near(like: Linear, m: Member) -> list[int] | None:
     """The columns of a member in an earlier linearisation that was made near its numbers now; None if there is none."""
-    before = next((x for x in like.point if x.candidate.label == m.candidate.label), None)
+    before = like.origin.get(m.candidate.label)
     if before is None:
         return None
     at = places(m.candidate, like.observation.vehicle)
-    moved = (read(m.effect, at) - read(before.effect, at)) / [p.scale for p in at]
+    moved = (read(m.effect, at) - read(before, at)) / [p.scale for p in at]
     own = [i for i, c in enumerate(like.columns) if c.candidate.label == m.candidate.label]
     if np.max(np.abs(moved), initial=0.0) > _NEAR or len(own) != len(at):
         return None

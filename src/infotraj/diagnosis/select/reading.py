@@ -13,7 +13,6 @@ from dataclasses import replace
 from infotraj.diagnosis.gates.premises import command_step
 from infotraj.diagnosis.linear.candidates import Candidate
 from infotraj.diagnosis.linear.observation import Member, Observation
-from infotraj.diagnosis.linear.sums import gathered
 from infotraj.diagnosis.select.around import Linear, linearised
 from infotraj.diagnosis.select.search import searched
 from infotraj.dynamics.inputs import command_columns
@@ -33,22 +32,22 @@ def sparse(flight: Flight, vehicle: Vehicle) -> bool:
 def as_commanded(observation: Observation, held: Sequence[Member], known: Sequence[Candidate]) -> Linear:
     """The model around the effects that it has, with commands read as the best set of effects is most probable.
 
-    Both readings are as likely before a flight is seen; they are compared under the weights of the first.
+    Both readings are as likely before a flight is seen; they are compared under the weights and columns of the first:
+    how commands were made between rows changes what is left, and hardly what an effect does to it.
     """
     here = linearised(observation, held, known)
     if not any(sparse(s.flight, observation.vehicle) for s in observation.samples):
         return here
-    best, score = here, searched(here)[2].score
+    best, score = observation, searched(here)[2].score
     for count in _COUNTS:
         stepping = _stepping(observation, held, count)
-        if stepping.raw(stepping.model(held)) is None:
+        made = replace(here, observation=stepping).moved(here.point)
+        if made is None:
             continue
-        made = linearised(stepping, held, known)
-        sums = gathered(made.found, here.weights, observation.blocks)
-        reached = searched(replace(made, weights=here.weights, sums=sums))[2].score
+        reached = searched(made)[2].score
         if reached > score:
-            best, score = made, reached
-    return best
+            best, score = stepping, reached
+    return here if best is observation else linearised(best, held, known)
 
 
 def _stepping(observation: Observation, held: Sequence[Member], count: int) -> Observation:

@@ -30,6 +30,8 @@ _SETTLED = 1.0  # weighted squared error by which a last step may still fall
 _FAR = 0.1  # of the error, by which it may still fall where rounds ran out: with more the numbers are not found yet
 _PROMISED = 1.0  # of the error: where more than half of what is left is only said to go, the model never came there
 _HALVES = 5
+_CHEAP = 6  # steps with the columns that there are, for one that makes them anew
+_CONTRACTS = 0.8  # of what a step promised may be promised again: with more the columns are not those of the place
 _EXPECTED = 1.2  # times the error that the linear model says of a step: with more it is taken by half
 _LOOSE = 10.0  # weighted squared error that a file number must be worth to be taken into the model: the rest is linear
 
@@ -189,16 +191,26 @@ class Search:
         return self._at(bare, (), self._without_others(bare, True))
 
     def _partnered(self, found: Fit) -> Iterator[Fit]:
-        """The same with what an effect acts beside exchanged, under the same weights: its columns are made anew."""
+        """The same with what an effect acts beside exchanged, under the same weights: its columns are made anew.
+
+        An exchange that is worth less than the set without that effect is left.
+        """
         names = {m.candidate.name for m in found.members}
+        tried: set[frozenset[str]] = set()
         for m in found.members:
             partners = [x for x in found.members if x.candidate.name in m.candidate.cls.beside and not x.held]
             others = [
                 c for c in self.known if c.name in set(m.candidate.cls.beside) - names and c.label not in self.barred
             ]
+            rest = tuple(i for i in found.chosen if found.linear.choices[i].label != m.candidate.label)
             for partner, other in product(partners, others) if not m.held else ():
                 labels = [other.label if x == partner.candidate.label else x for x in found.labels]
+                if frozenset(labels) in tried:
+                    continue
+                tried.add(frozenset(labels))
                 made = self.fitted(labels, found)
+                if made.worth < float(found.scorer.scores([rest])[0]):
+                    continue
                 chosen, scales, solution = searched(made.linear, made.chosen, made.scales, self.barred.keys())
                 self._say(made.linear, chosen, scales, solution)
                 settled = replace(made, chosen=chosen, scales=scales, solution=solution)
@@ -217,26 +229,39 @@ class Search:
         scales = scaled(now, chosen, now.scales[common].common)
         return self._settled(Fit(now, chosen, scales, now.scorer(scales).solution(chosen)), labels, 3 * _ROUNDS, False)
 
-    def fitted(self, labels: Sequence[str], like: Fit, scales: Scales | None = None, rounds: int = 2) -> Fit:
+    def fitted(
+        self, labels: Sequence[str], like: Fit, scales: Scales | None = None, rounds: int = 2, go_on: bool = False
+    ) -> Fit:
         """A given set of effects, fitted from the linearisation of another set.
 
         scales: how far the file is off, the effects of the model staying as they are; where it is not given, as far as
-        beside the other set, and they are fitted along.
+        beside the other set, and they are fitted along. go_on: more is asked from there, so that its columns are made
+        anew where numbers have moved.
         """
         chosen = like.linear.labelled(labels)
         held = None if scales is None else self.held
         scales = scales or like.scales
         solution = like.linear.scorer(scales, held).solution(chosen)
         begun = Fit(like.linear, chosen, scales, solution, like.known, held, like.exact)
-        return self._settled(begun, labels, rounds, True)
+        return self._settled(begun, labels, rounds, True, go_on)
 
-    def _settled(self, made: Fit, labels: Sequence[str], rounds: int, frozen: bool) -> Fit:
-        """A fit made linear around its own numbers until they settle. frozen: under the weights that it has."""
+    def afresh(self, made: Fit) -> Fit:
+        """A fit that is gone on from: with columns made anew around its numbers."""
+        now = made.linear
+        fresh = linearised(self.observation, now.point, self.known, like=now, frozen=True)
+        return self._settled(self._at(made, made.labels, fresh), made.labels, 1, True)
+
+    def _settled(self, made: Fit, labels: Sequence[str], rounds: int, frozen: bool, go_on: bool = True) -> Fit:
+        """A fit made linear around its own numbers until they settle. frozen: under the weights that it has; go_on:
+        more is asked from there, so that no column may be of another place."""
         if made.scales.common == 0.0 and self.observation.healthy is None:
             now = self._without_others(made, frozen)
             columns = sorted({*now.kept, *(c for i in now.labelled(labels) for c in now.choices[i].columns)})
             made = self._at(made, labels, now.weighed_beside(columns))
         for k in range(rounds):
+            made, settled = (made, False) if go_on else self._nearer(made, labels, rounds)
+            if settled:
+                break
             after = self._at(made, labels, self._stepped(made, frozen))
             # The first step may leave another set behind.
             if made.exact and k and after.worth < made.worth:
@@ -245,6 +270,33 @@ class Search:
             if abs(_gain_left(made.linear, made.solution)) < _SETTLED:
                 break
         return made
+
+    def _nearer(self, made: Fit, labels: Sequence[str], rounds: int) -> tuple[Fit, bool]:
+        """The fit after steps with the columns that it has, while each does what it promised; whether it settled."""
+        beside_file = made.scales.common == 0.0 and self.observation.healthy is None
+        if (not made.exact and not beside_file) or any(made.linear.variants[i] is not None for i in made.chosen):
+            return made, False
+        for k in range(_CHEAP * rounds):
+            now, promised = made.linear, _gain_left(made.linear, made.solution)
+            moved = now.moved(now.members(made.chosen, made.solution.theta, shift=0.0, straight=True))
+            if moved is None:
+                break
+            after = self._at(made, labels, moved)
+            left = abs(_gain_left(moved, after.solution))
+            if k == 0:
+                here, there, came = (
+                    now.sums.error(np.zeros(now.sums.width)).sum(),
+                    now.absent.error(made.solution.theta).sum(),
+                    moved.sums.error(np.zeros(moved.sums.width)).sum(),
+                )
+                if came > max(here, _EXPECTED * there):
+                    break
+            elif left > max(_CONTRACTS * abs(promised), _SETTLED):
+                break
+            made = after
+            if left < _SETTLED:
+                return made, True
+        return made, False
 
     def _at(self, made: Fit, labels: Sequence[str], now: Linear) -> Fit:
         """A set fitted in another linearisation."""
