@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from linear_fits import ROWS, linear_fit
 
+from infotraj.diagnosis.judge import groups
 from infotraj.diagnosis.judge.evidence import overdispersion
 from infotraj.diagnosis.judge.groups import AS_PROBABLE, Rival, rivals
 from infotraj.diagnosis.judge.verdicts import Judge
@@ -109,3 +110,11 @@ def test_what_a_rival_adds_counts_only_where_it_predicts(monkeypatch):
     assert [r.label for r in rivals(search, whole, "linear_drag", 0.0)] == ["rotor_drag"]
     monkeypatch.setattr("infotraj.diagnosis.judge.groups.TELLS", 0.0)
     assert rivals(search, whole, "linear_drag", 0.0) == []
+
+
+def test_what_is_taken_off_another_axis_is_not_the_same_error():
+    takes = np.array([0.0, 0.1, 0.9])
+    assert groups._shared(takes, np.array([2.0, 0.0, 0.0])) == 0.0
+    assert groups._shared(takes, np.array([0.0, 0.0, 0.6])) == pytest.approx(0.6)
+    assert groups._shared(takes, np.array([0.0, 5.0, 0.9])) == pytest.approx(1.0)
+    assert groups._shared(np.array([-0.2, 0.0, 0.4]), np.array([0.0, 0.0, 0.4])) == pytest.approx(1.0)

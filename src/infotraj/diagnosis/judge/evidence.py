@@ -195,15 +195,21 @@ def takes_half(whole: Fit, label: str) -> bool:
     return bool(np.any(half[_moving(whole)]))
 
 
-def left_by_set(whole: Fit, chosen: tuple[int, ...] | None = None) -> float:
-    """The logarithm of the root mean square error that a set leaves, summed over the axes that actuators move.
+def left_by_set(whole: Fit, chosen: tuple[int, ...] | None = None) -> Array:
+    """The logarithm of the root mean square error that a set leaves on each axis that actuators move, (axes,).
 
     On flights that were not fitted, beside the file as it is. chosen: another set; the fitted one where not given.
     """
     chosen = whole.chosen if chosen is None else chosen
     theta = whole.linear.scorer(Scales(0.0), whole.held).solution(chosen).each
     left = whole.linear.absent.plain_error(theta)[_moving(whole)]
-    return float(0.5 * np.log(np.maximum(left, 1e-300)).sum())
+    return 0.5 * np.log(np.maximum(left, 1e-300))
+
+
+def left_beside(whole: Fit, theta: Array) -> Array:
+    """The same of what goes with the motion, with numbers theta (folds, p), each fold under its own."""
+    left = whole.linear.absent.believed_error(theta)[_moving(whole)]
+    return 0.5 * np.log(np.maximum(left, 1e-300))
 
 
 def _moving(whole: Fit) -> NDArray:

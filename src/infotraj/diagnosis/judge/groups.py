@@ -1,10 +1,10 @@
 """Which effects these flights cannot tell apart: each replaced by every other, and fitted as freely.
 
 An effect belongs to the group of another when, in its place, it takes most of the same error off flights that were not
-fitted beside the file as it is, and leaves the data as probable (odds below twenty to one, tempered by how much the
-data scatter beyond the noise model) or, beside a file as wrong as this one, nothing that matters. What it explains
-elsewhere makes it no rival, however probable that is; what it explains beside the other as well, and predicts, is none
-of the other's: only what the other adds to it tells them apart.
+fitted, axis by axis, and leaves the data as probable (odds below twenty to one, tempered by how much the data scatter
+beyond the noise model) or, beside the file as it is and beside one as wrong as this, nothing that matters. What it
+explains elsewhere makes it no rival, however probable that is; what it explains beside the other as well, and predicts,
+is none of the other's: only what the other adds to it tells them apart.
 """
 
 from __future__ import annotations
@@ -13,10 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from infotraj.diagnosis.judge.evidence import gain_beside, left_by_set, overdispersion, rise_beside
+from infotraj.diagnosis.judge.evidence import gain_beside, left_beside, left_by_set, overdispersion, rise_beside
 from infotraj.diagnosis.judge.needed import TELLS
 from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.search import Fit, Search
+from infotraj.rotations import Array
 
 AS_PROBABLE = float(np.log(20.0))
 _NEAR = 0.5  # of what an effect gains: a linear rival with as much is fitted before it is compared
@@ -64,18 +65,28 @@ def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival
             name = linear.choices[i].label
             found_now = _Near(adds, rise, ceiling)
             best[name] = min(best.get(name, found_now), found_now, key=lambda x: x.adds)
-    found, without = [], left_by_set(whole, rest)
+    as_it_is, without = (
+        left_by_set(whole, rest),
+        left_beside(whole, whole.scorer.beside(rest, whole.solution.each, mine)),
+    )
+    takes, found = np.maximum(without - left_beside(whole, whole.solution.each), 0.0), []
     for name in sorted(best, key=lambda n: best[n].adds)[:_MOST]:
         made = search.fitted([*(linear.choices[i].label for i in rest), name], whole)
         if name in beyond_bounds(made.members, linear.observation.vehicle):
             continue
-        takes, by_other = without - now, without - left_by_set(made)
-        if takes >= TELLS and by_other <= _MOSTLY * takes:
+        if takes.sum() >= TELLS and _shared(takes, without - left_beside(made, made.solution.each)) <= _MOSTLY:
             continue
-        as_good = best[name].rise < min(matters, _MOSTLY * alone) and by_other > _MOSTLY * takes
+        as_good = best[name].rise < min(matters, _MOSTLY * alone)
+        as_good = as_good and _shared(as_it_is - now, as_it_is - left_by_set(made)) > _MOSTLY
         if as_good or (sure and best[name].both - made.solution.score < least):
             found.append(Rival(name, made))
     return found
+
+
+def _shared(takes: Array, other: Array) -> float:
+    """The share of the error that an effect takes off each axis which another takes, too: elsewhere it is another."""
+    takes = np.maximum(takes, 0.0)
+    return float(np.minimum(takes, np.maximum(other, 0.0)).sum() / max(takes.sum(), 1e-12))
 
 
 @dataclass(frozen=True)

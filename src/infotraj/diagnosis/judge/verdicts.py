@@ -113,7 +113,7 @@ class Judge:
     def _simplest_first(self, members: list[_Alike]) -> list[_Alike]:
         """What predicts best beside the file as it is stands for the group; the simplest of those that do as well."""
         vehicle = self.search.observation.vehicle
-        left = {id(x): left_by_set(self.whole if x[2] is None else x[2].fit) for x in members}
+        left = {id(x): left_by_set(self.whole if x[2] is None else x[2].fit).sum() for x in members}
         best = min(left.values())
         return sorted(
             members,
