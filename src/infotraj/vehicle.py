@@ -124,7 +124,8 @@ class Vehicle(_Strict):
     inertia: Inertia | None = Field(None, description="kg m^2; left out: unknown")
     center_of_mass: Vector = Field((0.0, 0.0, 0.0), description="m, from the body's origin")
     measured_at: Vector = Field(
-        (0.0, 0.0, 0.0), description="m, from the body's origin: the accelerometer, or the point whose path is logged"
+        (0.0, 0.0, 0.0),
+        description="m, from the body's origin: the accelerometer; without one the point whose path is logged",
     )
     gravity: Positive = 9.81
     nominal_voltage: Positive | None = Field(None, description="V, the reference of battery_sag")

@@ -7,8 +7,9 @@ import pytest
 import yaml
 from exact_simulation import fly
 
+from infotraj.diagnosis.diagnosis import held_members
 from infotraj.diagnosis.gates.observing import observe
-from infotraj.diagnosis.linear.candidates import Candidate
+from infotraj.diagnosis.linear.candidates import Candidate, read, written
 from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.linear.sums import gathered
 from infotraj.diagnosis.select.around import linearised
@@ -73,3 +74,25 @@ def test_a_set_without_an_effect_is_the_same_with_the_columns_of_the_whole(first
     assert whole.solution.score - cheap.solution.score == pytest.approx(lost, rel=0.02)
     place = cheap.members[0].effect.r - anew.members[0].effect.r
     assert np.abs(place).max() < 2e-4
+
+
+def test_a_channel_without_coefficients_says_nothing():
+    """Of two flights one has its accelerometer in bursts that are too short for a window."""
+    vehicle, content = load_vehicle(FILE), yaml.safe_load(FILE.read_text())
+    tables = [fly(content, {}, seconds=6.0, seed=k, noise=NOISE) for k in (3, 4)]
+    silent = (tables[1]["t"] % 0.8) > 0.12
+    tables[1].loc[silent, ["ax", "ay", "az"]] = np.nan
+    first = linearised(observe(Model(vehicle), [Flight(t, {}) for t in tables]), [], [candidate("linear_drag")])
+    assert any(s.axis == "fx" and not len(s.band) for s in first.found)
+    again = first.moved([])
+    assert np.allclose(again.sums.gram, first.sums.gram)
+
+
+def test_an_effect_that_the_model_has_keeps_its_form():
+    """The model was made when nothing was known of speeds; its file has since been told the thrust coefficient."""
+    vehicle, content = load_vehicle(FILE), yaml.safe_load(FILE.read_text())
+    effect = catalogue()["gyroscopic"](momentum=0.02)
+    (m,) = held_members(Model(vehicle, [effect]), Flight(fly(content, {}, seconds=1.0), {}))
+    at = m.places(vehicle)
+    assert [p.parameter for p in at] == ["momentum"]
+    assert written(m.candidate, at, read(effect, at)).momentum == pytest.approx(0.02)

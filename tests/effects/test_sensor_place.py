@@ -8,8 +8,10 @@ import yaml
 from exact_simulation import fly
 
 from infotraj import rotations
+from infotraj.comparing.rollouts import parse_horizons, rollouts
 from infotraj.diagnosis.diagnosis import diagnose
 from infotraj.effects import catalogue
+from infotraj.effects.sensor_place import SensorPlace
 from infotraj.flight import Flight
 from infotraj.models import Model
 from infotraj.vehicle import parse_vehicle
@@ -59,3 +61,25 @@ def test_markers_beside_the_origin_are_told_and_no_effect_is_named():
     corrected = Model(parse_vehicle({**CONTENT, "measured_at": PLACE.tolist()}))
     again = diagnose(corrected, flights)
     assert not [n.name for n in again.file if n.name.startswith("measured_at")]
+
+
+def test_a_rollout_begins_and_ends_at_the_origin():
+    """With the right place in the file an exact log of the markers rolls out as that of the origin does."""
+    table = fly(CONTENT, {}, seconds=3.0)
+    origin = Model(parse_vehicle(CONTENT))
+    marked = Model(parse_vehicle({**CONTENT, "measured_at": PLACE.tolist()}))
+    with_velocity = at_place(table).table
+    rate = table[["wx", "wy", "wz"]].to_numpy()
+    attitude = rotations.matrix(table[["qw", "qx", "qy", "qz"]].to_numpy())
+    there = table[["vx", "vy", "vz"]].to_numpy() + np.einsum("nij,nj->ni", attitude, np.cross(rate, PLACE))
+    flight = Flight(with_velocity.assign(vx=there[:, 0], vy=there[:, 1], vz=there[:, 2]), {})
+    far = parse_horizons("0.5s")
+    right, wrong = (np.nanmean(rollouts(m, flight, far).errors[:, 0, 0]) for m in (marked, origin))
+    assert right < 1e-4
+    assert wrong > 5e-3
+
+
+def test_an_accelerometer_stands_where_the_file_has_its_origin():
+    flight = Flight(fly(CONTENT, {}, seconds=2.0), {})
+    assert "accelerometer" in SensorPlace.cannot_show(parse_vehicle(CONTENT), flight)
+    assert SensorPlace.cannot_show(parse_vehicle(CONTENT), at_place(flight.table)) is None

@@ -172,6 +172,12 @@ def _states(model: Model, prepared: Prepared) -> Array:
         missing = np.isnan(out[rows, columns]).any(axis=1)
         found = interpolate(samples.times, values, slowest[between][missing])
         out[rows[missing], columns] = rotations.normalize(found) if samples is r.attitude else found
+    if prepared.followed.any():
+        # The states are the origin's.
+        whole = np.isfinite(out).all(axis=1)
+        turned = rotations.matrix(rotations.normalize(out[whole, 6:10]))
+        out[whole, :3] -= turned @ prepared.followed
+        out[whole, 3:6] -= np.einsum("nij,nj->ni", turned, np.cross(out[whole, 10:], prepared.followed))
     return out
 
 

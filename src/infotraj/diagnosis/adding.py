@@ -125,7 +125,7 @@ def add(
     if twice:
         raise UsageError(problem(f"{twice[0]} is in the model already", "an effect that is not", "Drop it."))
     inside = {c.label for c in (*chosen, *(m.candidate for m in held))}
-    beside = [c for c in (*known, *file_only(vehicle, known)) if is_file_number(c) and c.label not in inside]
+    beside = [c for c in (*known, *file_only(vehicle, known, flights)) if is_file_number(c) and c.label not in inside]
     every = (*chosen, *beside)
     first = swung(as_commanded(observe(model, flights, start, stop), held, every), every)
     search = Search(first.observation, every, held)
@@ -157,7 +157,7 @@ def _given(search: Search, found: Fit, asked: Sequence[str]) -> tuple[Fit, tuple
     made = given(search, found, asked)
     if not (made.lost or made.held_back):
         return made.fit, made.beside
-    return search.fitted([*asked, *made.beside], found, Scales(0.0)), made.beside
+    return search.fitted([*asked, *made.beside], found, Scales(0.0), go_on=True), made.beside
 
 
 def _number(name: str, value: Any, error: Any) -> str:

@@ -246,7 +246,7 @@ def learn(
         balance = _balanced(search.observation.model(straight(whole)), seen, start, stop) if search.known else balance
     if balance and (observation.balance or balance == _TORQUES):
         # Of what is not predicted nothing can be identified: it is only said what is usual.
-        every = [*known, *file_only(model.vehicle, known)]
+        every = [*known, *file_only(model.vehicle, known, seen)]
         usual = linearised(replace(observation, balance=balance), held, every)
         return learned(around_usual(usual, every), flights, 1.0)
     if balance:
@@ -285,7 +285,7 @@ def _searched(
     left_to, why_not = premises.remaining(doubts, names, known, hidden)
     left_to = [c for c in left_to if c.label not in taken]
     if left_to:
-        left_to += [c for c in file_only(observation.vehicle, known) if c.label not in taken]
+        left_to += [c for c in file_only(observation.vehicle, known, observation.flights) if c.label not in taken]
         ignored = of_residual(with_mixed(refused_axes(doubts), observation.samples))
         observation = observation.without_axes(ignored)
     if like is not None and {c.label for c in left_to} != {c.label for c in like.known}:
@@ -303,7 +303,7 @@ def _healthy_members(observation: Observation, known: Sequence[Candidate]) -> tu
     """The effects of the healthy model, as candidates that may change."""
     if observation.healthy is None:
         return ()
-    every = {c.label: c for c in (*known, *file_only(observation.vehicle, known))}
+    every = {c.label: c for c in (*known, *file_only(observation.vehicle, known, observation.flights))}
     return tuple(Member(every[k], e) for k, e in observation.healthy.effects.items() if k in every)
 
 
@@ -315,5 +315,7 @@ def held_members(model: Model, flight: Flight) -> tuple[Member, ...]:
 def _held(effect: Effect, flight: Flight, vehicle: Vehicle) -> Member:
     fixed = tuple((p.name, int(getattr(effect, p.name))) for p in effect.parameters if p.index)
     form = tuple(p for p in effect.parameters if not p.index and getattr(effect, p.name) is not None)
-    chosen = tuple(p for p in type(effect).form(vehicle, flight) if p in form)
+    # Of several forms the one that the model has, whatever these flights would be given.
+    own = tuple(p for p in form if p.optional and np.any(getattr(effect, p.name)))
+    chosen = own or tuple(p for p in type(effect).form(vehicle, flight) if p in form)
     return Member(Candidate(type(effect), chosen or form, fixed), effect, held=True)

@@ -35,7 +35,8 @@ class SteadyForce(Effect):
 
     @classmethod
     def bounds(cls, vehicle: Vehicle, parameter: Parameter) -> tuple[float, float]:
-        return -0.5 * weight(vehicle), 0.5 * weight(vehicle)
+        # What a vehicle with more than twice its weight of thrust can hold its place against.
+        return -2.0 * weight(vehicle), 2.0 * weight(vehicle)
 
     def wrench(self, along: Along) -> Array:
         return force_only(np.einsum("nji,j->ni", along.attitude, self.f))

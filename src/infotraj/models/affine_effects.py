@@ -72,6 +72,7 @@ def _of_usual_size(vehicle: Vehicle) -> Iterator[tuple[str, Effect]]:
     for name, cls in catalogue().items():
         if cls.place == "measurement" or (cls.place == "actuators" and not cls.shifts):
             continue
+        # What has several forms (battery_sag, gyroscopic) acts through time or rates, which a state at rest has not.
         form = [p for p in cls.parameters if not p.index and not p.optional]
         index = [p.name for p in cls.parameters if p.index]
         for fixed in [{index[0]: i} for i in range(len(vehicle.rotors))] if index else [{}]:

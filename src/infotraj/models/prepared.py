@@ -64,7 +64,8 @@ class Segment:
 class Prepared:
     """A flight, as its vehicle reads it, with that vehicle: recorded channels, and what several predictions share.
 
-    coarse: predictions are means of fewer points (`timeline`).
+    coarse: predictions are means of fewer points (`timeline`). followed (3,): m, the point whose path is recorded, from
+    the body's origin; with an accelerometer the origin, whatever the place of that.
     """
 
     def __init__(self, vehicle: Vehicle, flight: Flight, coarse: bool = False) -> None:
@@ -72,6 +73,8 @@ class Prepared:
         self.flight = for_vehicle(flight, vehicle)
         self.recorded: Recorded = recorded(vehicle, self.flight)
         self.wrench = wrench_of_inputs(vehicle)
+        force = self.recorded.specific_force
+        self.followed = np.array(vehicle.measured_at) * float(force is None or force.derived)
         self.start = float(self.recorded.t[0])
         rows = len(self.recorded.t)
         self.kept = Kept(max(2, min(6, _KEPT_ROWS // rows)))
@@ -112,6 +115,11 @@ class Prepared:
         if r.position is not None:
             height = _at(Samples(r.position.times, r.position.values[:, 2:]), time)[:, 0]
         battery = _at(r.battery, time)[:, 0] if r.battery is not None else None
+        if self.followed.any() and attitude is not None:
+            if velocity is not None and r.rate is not None:
+                velocity = velocity - np.cross(_at(r.rate, time), self.followed)
+            if height is not None:
+                height = height - attitude[:, 2] @ self.followed
         return attitude, height, velocity, battery
 
     def true_rate(self, imu: ImuLaw) -> Samples | None:

@@ -206,9 +206,9 @@ def left_by_set(whole: Fit, chosen: tuple[int, ...] | None = None) -> Array:
     return 0.5 * np.log(np.maximum(left, 1e-300))
 
 
-def left_beside(whole: Fit, theta: Array) -> Array:
-    """The same of what goes with the motion, with numbers theta (folds, p), each fold under its own."""
-    left = whole.linear.absent.believed_error(theta)[_moving(whole)]
+def left_beside(whole: Fit, theta: Array, axes: NDArray) -> Array:
+    """The same of what goes with the motion on these axes, with numbers theta (folds, p), each fold under its own."""
+    left = whole.linear.absent.believed_error(theta)[axes]
     return 0.5 * np.log(np.maximum(left, 1e-300))
 
 

@@ -53,9 +53,9 @@ def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
     if observation.healthy is not None:
         made = _as_found(search, whole, labels) if inside else search.fitted(labels, whole, Scales(0.0))
     else:
-        made = search.fitted(labels, whole, Scales(0.0))
+        made = search.fitted(labels, whole, Scales(0.0), go_on=True)
         for name in _ratio(search, whole, labels):
-            right = search.fitted([*labels, name], whole, Scales(0.0), _ROUNDS)
+            right = search.fitted([*labels, name], whole, Scales(0.0), _ROUNDS, go_on=True)
             ended = bool(beyond_bounds(right.members, vehicle)) and not beyond_bounds(made.members, vehicle)
             margin = 0.0 if beside else np.log(_WORSE)
             if not ended and _net(_shares(right)) < _net(_shares(made)) - margin:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from infotraj.diagnosis.judge.evidence import gain_beside, left_beside, left_by_set, overdispersion, rise_beside
+from infotraj.diagnosis.judge.evidence import acts, gain_beside, left_beside, left_by_set, overdispersion, rise_beside
 from infotraj.diagnosis.judge.needed import TELLS
 from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.search import Fit, Search
@@ -65,16 +65,17 @@ def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival
             name = linear.choices[i].label
             found_now = _Near(adds, rise, ceiling)
             best[name] = min(best.get(name, found_now), found_now, key=lambda x: x.adds)
+    own = acts(linear.absent, mine, whole.solution.theta, linear.absent.believed_error(whole.solution.each))
     as_it_is, without = (
         left_by_set(whole, rest),
-        left_beside(whole, whole.scorer.beside(rest, whole.solution.each, mine)),
+        left_beside(whole, whole.scorer.beside(rest, whole.solution.each, mine), own),
     )
-    takes, found = np.maximum(without - left_beside(whole, whole.solution.each), 0.0), []
+    takes, found = np.maximum(without - left_beside(whole, whole.solution.each, own), 0.0), []
     for name in sorted(best, key=lambda n: best[n].adds)[:_MOST]:
         made = search.fitted([*(linear.choices[i].label for i in rest), name], whole)
         if name in beyond_bounds(made.members, linear.observation.vehicle):
             continue
-        if takes.sum() >= TELLS and _shared(takes, without - left_beside(made, made.solution.each)) <= _MOSTLY:
+        if takes.sum() >= TELLS and _shared(takes, without - left_beside(made, made.solution.each, own)) <= _MOSTLY:
             continue
         as_good = best[name].rise < min(matters, _MOSTLY * alone)
         as_good = as_good and _shared(as_it_is - now, as_it_is - left_by_set(made)) > _MOSTLY

@@ -16,10 +16,13 @@ from infotraj.diagnosis.measure.lapped import Lapped
 from infotraj.diagnosis.measure.residual import FlightSamples
 from infotraj.effects.base import Effect
 from infotraj.errors import InputError
+from infotraj.flight import Flight
 from infotraj.models import Model
 from infotraj.models.prepared import Prepared
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
+
+_DENSE = 0.012  # s between rows: the column of a lag is right to 1 % then, at a time constant of 30 ms
 
 
 @dataclass(frozen=True)
@@ -54,11 +57,22 @@ class Observation:
     balance: frozenset[str] = frozenset()
     scatter: Mapping[tuple[str, int], float] = field(default_factory=dict)
 
+    @property
+    def flights(self) -> list[Flight]:
+        """The flights themselves."""
+        return [s.flight for s in self.samples]
+
     @cached_property
     def coarse(self) -> tuple[FlightSamples, ...]:
-        """The same samples where predictions are means of fewer points: for how they change with a number."""
+        """The same samples where predictions are means of fewer points: for how they change with a number.
+
+        Of a slow log as they are: between rows that are far apart actuators move by more than that can say.
+        """
         return tuple(
-            replace(s, prepared=Prepared(s.prepared.vehicle, s.prepared.flight, coarse=True)) for s in self.samples
+            replace(s, prepared=Prepared(s.prepared.vehicle, s.prepared.flight, coarse=True))
+            if float(np.median(np.diff(s.flight.t))) <= _DENSE
+            else s
+            for s in self.samples
         )
 
     def model(self, members: Sequence[Member]) -> Model:

@@ -168,7 +168,7 @@ def with_residual(sums: Sums, found: Sequence[Spectrum], weights: Weights, cut: 
         a, block, residual = sums.axes.index(s.axis), cut.of(s), s.values[:, 0]
         below = residual * (s.band < weights.slow(s.axis))
         each = (weights.of(number, s) * residual, below, below * weights.coherence[a, s.band])
-        edges = [0, *(1 + np.flatnonzero(np.diff(block))), len(block)]
+        edges = [0, *(1 + np.flatnonzero(np.diff(block))), len(block)] if len(block) else []
         for first, stop in pairwise(edges):
             b = block[first]
             f = int(np.searchsorted(folds, cut.fold[b]))

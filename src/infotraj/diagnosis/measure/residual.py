@@ -145,6 +145,8 @@ def _sources(prepared: Prepared, prediction: Prediction) -> dict[str, tuple[bool
 
     measured_force = flight.has(*SPECIFIC_FORCE) and not is_derived(flight, SPECIFIC_FORCE)
     mass_reason = None if prepared.vehicle.mass is not None else "the vehicle file gives no mass"
+    if any((*prepared.vehicle.center_of_mass, *prepared.vehicle.measured_at)):
+        mass_reason = mass_reason or prediction.testable["fx"]
     place = VELOCITY if flight.has(*VELOCITY) else POSITION
     found: dict[str, tuple[bool, NDArray, str | None]] = {}
     if measured_force:

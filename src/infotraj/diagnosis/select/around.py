@@ -157,11 +157,11 @@ class Linear:
         inside = {m.candidate.label: m for m in point}
         columns = []
         for c in self.columns:
-            at = places(c.candidate, o.vehicle)
-            base = float(read(o.base(c.candidate), at)[c.place])
             m = inside.get(c.candidate.label)
-            value = base if m is None else float(read(m.effect, at)[c.place])
-            columns.append(c if c.idle and m is None else replace(c, now=(value - base) / c.scale))
+            if m is None:
+                columns.append(c if c.idle or c.now == 0.0 else self._renumbered(c, o.base(c.candidate)))
+            else:
+                columns.append(self._renumbered(c, m.effect))
         first = self.labelled([c.label for c in self.choices])
         kept = [i for i, c in enumerate(self.choices) if c.label not in inside or i in first]
         choices = tuple(self.choices[i] for i in kept)
@@ -181,6 +181,12 @@ class Linear:
             found=tuple(parts),
             sums=sums,
         )
+
+    def _renumbered(self, c: Column, effect: Effect) -> Column:
+        """A column whose number is now that of an effect."""
+        at = places(c.candidate, self.observation.vehicle)
+        base, value = (float(read(e, at)[c.place]) for e in (self.observation.base(c.candidate), effect))
+        return replace(c, now=(value - base) / c.scale, slope=at[c.place].slope(at[c.place].value(value)))
 
     def labelled(self, labels: Sequence[str]) -> tuple[int, ...]:
         """The choices with these labels, the first of each."""

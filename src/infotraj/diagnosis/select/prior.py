@@ -17,6 +17,7 @@ from infotraj.diagnosis.linear.candidates import Candidate
 from infotraj.effects.rotor_place import RotorPlace
 from infotraj.effects.rotor_torque import RotorTorque, arms
 from infotraj.effects.sensor_place import SensorPlace
+from infotraj.flight import Flight
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
@@ -69,9 +70,11 @@ def spikes(owners: Sequence[tuple[Candidate, float]], scales: Scales, command_st
     return out
 
 
-def file_only(vehicle: Vehicle, known: Sequence[Candidate]) -> list[Candidate]:
-    """Candidates for numbers of the vehicle file that are no effect: they may be off, and are never named."""
-    found = [Candidate(SensorPlace, SensorPlace.parameters)] if any(c.name == "com_offset" for c in known) else []
+def file_only(vehicle: Vehicle, known: Sequence[Candidate], flights: Sequence[Flight]) -> list[Candidate]:
+    """Candidates for numbers of the file and of its logs that are no effect: they may be off, and are never named."""
+    found: list[Candidate] = []
+    if any(c.name == "com_offset" for c in known) and all(SensorPlace.cannot_show(vehicle, f) is None for f in flights):
+        found.append(Candidate(SensorPlace, SensorPlace.parameters))
     if not vehicle.rotors or not any(c.name == "rotor_effectiveness" for c in known) or vehicle.inertia is None:
         return found
     form = tuple(p for p in RotorTorque.parameters if not p.index)

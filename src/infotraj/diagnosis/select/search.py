@@ -187,6 +187,7 @@ class Search:
 
     def _empty(self, made: Fit) -> Fit:
         """The model that is given, and no number of its file moved."""
+        self.barred |= dict.fromkeys(made.labels, "the model does not come to the numbers that it would need")
         bare = replace(made, chosen=(), exact=False)
         return self._at(bare, (), self._without_others(bare, True))
 

@@ -116,6 +116,8 @@ def size_error(effect: Mapping[str, Any], row: Mapping[str, Any], vehicle: Vehic
         was, value, hidden = (_numbers(v[p.name]) for v in (usual, now, effect["parameters"]))
         true.append(hidden - absent)
         told.append(value / was - 1.0 if p.name == "factor" else value - was)
+    if not true:
+        return None  # told in another form
     off, change = np.concatenate(told) - np.concatenate(true), np.concatenate(true)
     return float(np.linalg.norm(off) / np.linalg.norm(change))
 
