@@ -69,21 +69,20 @@ def test_a_wind_that_a_vehicle_can_hold_against_is_named_with_its_force(share):
 
 def test_add_says_that_a_number_stopped_at_its_bound_and_marks_it_in_the_file(tmp_path):
     path, out = tmp_path / "a.parquet", tmp_path / "m.yaml"
-    (turned,) = flights({"steady_torque": {"t": [0.0, 0.0, 0.9]}}, 1)
-    replace(turned, meta={}).write(path)
+    (bent,) = flights({"thrust_exponent": {"n": 3.6}}, 1)
+    replace(bent, meta={}).write(path)
     done = CliRunner().invoke(
         add_command,
-        [str(VEHICLE), "steady_torque", "--fit", str(path), "-o", str(out), "--json", str(tmp_path / "a.json")],
+        [str(VEHICLE), "thrust_exponent", "--fit", str(path), "-o", str(out), "--json", str(tmp_path / "a.json")],
         standalone_mode=False,
     )
     assert done.exception is None, done.stderr
-    assert re.search(r"WARNING steady_torque: the fit ends at the physical bound of t", done.stdout)
-    assert "steady_torque: the fit ends" in done.stderr
-    assert "steady_torque" in json.loads((tmp_path / "a.json").read_text())["at_bound"]
+    assert re.search(r"WARNING thrust_exponent: the fit ends at the physical bound of n", done.stdout)
+    assert "thrust_exponent: the fit ends" in done.stderr
+    assert "thrust_exponent" in json.loads((tmp_path / "a.json").read_text())["at_bound"]
     model, content = read_model(out)
-    assert "bound of t" in content.provenance.at_bound["steady_torque"]
-    arm = np.mean([np.linalg.norm(r.position) for r in load_vehicle(VEHICLE).rotors])
-    assert model.effects[0].t[2] == pytest.approx(0.5 * WEIGHT * arm, rel=1e-3)
+    assert "bound of n" in content.provenance.at_bound["thrust_exponent"]
+    assert model.effects[0].n == 3.0
 
 
 def test_add_prints_as_many_digits_as_the_standard_error_leaves():
