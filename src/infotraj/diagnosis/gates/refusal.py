@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from collections.abc import Set as AbstractSet
 
 import numpy as np
 
@@ -34,18 +35,20 @@ def unanswered(
     start: float | None = None,
     stop: float | None = None,
     least: float = LEAST_EXPLAINED,
+    known: AbstractSet[str] = frozenset(),
 ) -> list[Doubt]:
     """Doubts about axes (fx .. tz) on which a fitted model explains next to nothing of what was measured.
 
     An axis on which the actuators do not act is not one of them: what else the model says of it is little, or named.
     What is explained is what goes with the prediction: an error that is as large as the measured side, as rotors 1 %
-    different make it where a vehicle turns gently, is no disagreement. least: share that is enough.
+    different make it where a vehicle turns gently, is no disagreement. least: share that is enough; known: axes that
+    are refused for a reason of their own, which says nothing of others.
     """
     made = compared(model, flights, start, stop)
     after = statistics(made)
     found = {}
     for i, axis in enumerate(AXES):
-        if axis not in reached(model.vehicle):
+        if axis not in reached(model.vehicle) or axis in known:
             continue
         far = np.isfinite(after.rmse[i]) and after.rmse[i] > _ABOVE_FLOOR * after.floor[i]
         predicted = np.concatenate([e.predicted[e.scored[:, i], i] for e in made])

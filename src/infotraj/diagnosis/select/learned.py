@@ -73,7 +73,12 @@ def around_fit(whole: Fit, known: Sequence[Candidate]) -> Linear:
 
 
 def straight(whole: Fit) -> tuple[Member, ...]:
-    """The model of a fit with all its file numbers, those that were left to the linear solution, too."""
+    """The model of a fit with all its file numbers, those that were left to the linear solution, too.
+
+    A number that hardly acts may be anywhere in the solution: where the model was computed with them all, it is that.
+    """
+    if whole.exact:
+        return whole.linear.point
     return whole.linear.members(whole.chosen, whole.solution.theta, shift=0.0, straight=True)
 
 
