@@ -211,7 +211,7 @@ def diagnose(
         search,
         told,
         final,
-        tuple(label.split()[0] for label in made.beside),
+        tuple(dict.fromkeys(label.split()[0] for label in made.beside)),
         start,
         stop,
         healthy,

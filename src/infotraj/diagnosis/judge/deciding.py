@@ -15,6 +15,7 @@ import numpy as np
 from infotraj.diagnosis.judge.giving import Given, given
 from infotraj.diagnosis.judge.groups import Rival
 from infotraj.diagnosis.judge.needed import Judged, needed
+from infotraj.diagnosis.judge.ratio import with_ratio
 from infotraj.diagnosis.judge.unexplained import Unexplained
 from infotraj.diagnosis.judge.verdicts import CONFIDENT, Finding, Judge, named
 from infotraj.diagnosis.select.bounds import beyond_bounds
@@ -65,7 +66,8 @@ def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
         lost = {n: r for x, r in ended.items() if (n := x.split()[0]) in confident and set(of_name[n]) <= ended.keys()}
         rest = [x for x in told.labels if x not in ended or x.split()[0] not in confident]
         if not lost and len(rest) == len(told.labels):
-            return _with_held_back(findings, made), told, made
+            findings, made = with_ratio(_with_held_back(findings, made), told, made, asked.rng)
+            return findings, told, made
         why |= lost
         impossible |= lost.keys() & {x.split()[0] for x in at_bound.keys() - made.lost.keys()}
         demoted = _demoted(findings, why, impossible)

@@ -1,11 +1,11 @@
 """The model that is given: what is named is added, and flights that were not fitted are predicted better for it.
 
 Numbers are fitted beside the file as it is, as far as they can take along what the file is off by. Where these flights
-show thrust over mass to be off, `thrust_scale` or `mass_offset` corrects it in the model if that predicts better:
-nearly every force is told beside the thrust, and a fall of it with the voltage is none beside a file that is right at
-half of the charge. A number with which an axis is still predicted worse stays absent where it spoils more than it
-mends: what a wrong file has cancelled by chance on one axis is no reason against a number that takes most of the error
-off another.
+show a number of the file to be off, the effect that says so corrects it in the model if that predicts better. First
+comes thrust over mass, which `thrust_scale` says, or `mass_offset`: nearly every force is told beside the thrust, and a
+fall of it with the voltage is none beside a file that is right at half of the charge. A number with which an axis is
+still predicted worse stays absent where it spoils more than it mends: what a wrong file has cancelled by chance on one
+axis is no reason against a number that takes most of the error off another.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from infotraj.diagnosis.gates import refusal
-from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS, thrust_over_mass
+from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS, labels_off, thrust_over_mass, within_file
 from infotraj.diagnosis.linear.candidates import places
 from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.noise.spectra import binned, spectra
@@ -35,37 +35,87 @@ _LEAST = 1e-4  # of an axis' squared error: what changes less does not act on it
 class Given:
     """The fit of the model that is given. lost: labels of effects of which no number is left, and why; held_back: the
     same for effects of which numbers stay absent though they are sure; beside: labels that no name is given for, which
-    correct the file."""
+    correct the file; of_ratio: fits with each label that could correct thrust over mass, what predicts best first."""
 
     fit: Fit
     lost: dict[str, str] = field(default_factory=dict)
     held_back: dict[str, str] = field(default_factory=dict)
     beside: tuple[str, ...] = ()
+    of_ratio: dict[str, Fit] = field(default_factory=dict)
 
 
 def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
     """The model with the effects `labels`, from the fit of all that the search took."""
-    if not labels:
-        return Given(whole)
-    observation, vehicle = search.observation, search.observation.vehicle
-    inside = set(labels) <= set(whole.labels)
+    observation = search.observation
+    of_ratio: dict[str, Fit] = {}
     beside: tuple[str, ...] = ()
     if observation.healthy is not None:
+        inside = set(labels) <= set(whole.labels)
         made = _as_found(search, whole, labels) if inside else search.fitted(labels, whole, Scales(0.0))
+        made = made if labels else whole
     else:
         made = search.fitted(labels, whole, Scales(0.0), go_on=True)
-        for name in _ratio(search, whole, labels):
-            right = search.fitted([*labels, name], whole, Scales(0.0), _ROUNDS, go_on=True)
-            ended = bool(beyond_bounds(right.members, vehicle)) and not beyond_bounds(made.members, vehicle)
-            margin = 0.0 if beside else np.log(_WORSE)
-            if not ended and _net(_shares(right)) < _net(_shares(made)) - margin:
-                made, beside = right, (name,)
-    pruned = _pruned(made)
+        of_ratio = _of_ratio(search, whole, labels, made, _ratio(search, whole, labels))
+        if of_ratio:
+            beside, made = (next(iter(of_ratio)),), next(iter(of_ratio.values()))
+        made, further = _corrected(search, whole, made)
+        beside += further
+        if not labels and not beside:
+            return Given(whole)
+    pruned = _pruned(made) if made.chosen else Given(made)
     left = {m.candidate.label for m in pruned.fit.members if _as_before(m, observation)}
     nothing = "the model that predicts best has nothing of it"
     lost = {label: nothing for label in labels if label in left} | pruned.lost
     beside = tuple(x for x in beside if x not in lost and x not in left)
-    return replace(pruned, lost={k: v for k, v in lost.items() if k in labels}, beside=beside)
+    lost = {k: v for k, v in lost.items() if k in labels}
+    return replace(pruned, lost=lost, beside=beside, of_ratio=of_ratio)
+
+
+def _of_ratio(search: Search, whole: Fit, labels: Sequence[str], bare: Fit, ratio: Sequence[str]) -> dict[str, Fit]:
+    """The model with each label that may correct the file's thrust over mass, where it predicts better with it."""
+    tried = {x: search.fitted([*labels, x], whole, Scales(0.0), _ROUNDS, go_on=True) for x in ratio}
+    least = _net(_shares(bare)) - np.log(_WORSE)
+    net = {x: _net(_shares(made)) for x, made in tried.items() if not _ends(made, bare)}
+    return {x: tried[x] for x in sorted(net, key=lambda x: net[x]) if net[x] < least}
+
+
+def _corrected(search: Search, whole: Fit, made: Fit) -> tuple[Fit, tuple[str, ...]]:
+    """The model with what corrects further numbers of the file that these flights show to be off, and its labels.
+
+    Taken one after another, what the linear model promises most first, where flights not fitted are predicted better.
+    """
+    said = {x.split()[0] for x in (*made.labels, *(m.candidate.label for m in search.held))}
+    open_to = [x for x in labels_off(whole) if x.split()[0] not in said | OF_THRUST_OVER_MASS]
+    taken: list[str] = []
+    net = _net(_shares(made)) if open_to else 0.0
+    while open_to:
+        promised = {x: _promised(made, x) for x in open_to}
+        best = max(open_to, key=lambda x: promised[x])
+        open_to.remove(best)
+        if promised[best] < np.log(_WORSE):
+            break
+        tried = search.fitted([*made.labels, best], made, Scales(0.0), go_on=True)
+        reached = _net(_shares(tried))
+        if reached < net - np.log(_WORSE) and not _ends(tried, made) and within_file(tried, best, whole):
+            made, net = tried, reached
+            taken.append(best)
+    return made, tuple(taken)
+
+
+def _promised(made: Fit, label: str) -> float:
+    """By how much errors of flights not fitted fall with one more effect, over all axes, as the linear model has it."""
+    sums = made.linear.absent
+    left = [
+        sums.plain_error(made.scorer.solution((*made.chosen, *more)).each)
+        for more in ((), made.linear.labelled([label]))
+    ]
+    return float(0.5 * np.sum(np.log(np.maximum(left[0], 1e-300) / np.maximum(left[1], 1e-300))))
+
+
+def _ends(made: Fit, before: Fit) -> bool:
+    """Whether numbers of a model end at a physical bound, and did not before."""
+    vehicle = made.linear.observation.vehicle
+    return bool(beyond_bounds(made.members, vehicle)) and not beyond_bounds(before.members, vehicle)
 
 
 def _ratio(search: Search, whole: Fit, labels: Sequence[str]) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,11 +11,13 @@ import numpy as np
 from infotraj.diagnosis.judge.evidence import overdispersion
 from infotraj.diagnosis.linear.candidates import Candidate, places, slopes
 from infotraj.diagnosis.linear.observation import Member
+from infotraj.diagnosis.select.around import Column
+from infotraj.diagnosis.select.prior import OF_THE_LOG, SCALES, Scales
 from infotraj.diagnosis.select.search import Fit
 from infotraj.rotations import Array
 
 ORDINARY = 3.0  # standard deviations of this file's own errors: further off, a number is a finding
-OF_THRUST_OVER_MASS = frozenset({"mass_offset", "thrust_scale"})  # names that say it
+OF_THRUST_OVER_MASS = frozenset({"mass_offset", "thrust_scale", "coaxial_loss"})  # names that say it
 THRUST_OVER_MASS = "thrust of all rotors over mass, factor"
 _SEEN = 3.0  # standard errors by which a file number must be off to be told
 
@@ -69,30 +72,48 @@ def by_parameter(m: Member, values: Array) -> dict[str, Any]:
 
 def file_numbers(made: Fit) -> tuple[FileNumber, ...]:
     """The numbers of the vehicle file, its clocks and frames, that these flights show to be off."""
-    linear = made.linear
-    if linear.observation.healthy is not None:
+    vehicle = made.linear.observation.vehicle
+    if made.linear.observation.healthy is not None:
         return ()
-    vehicle = linear.observation.vehicle
-    spike = linear.spike(made.scales)
-    covariance = overdispersion(made)[1]
-    deviation = np.sqrt(np.diag(covariance))
-    labels = set(made.labels)
     out = thrust_over_mass(made)
-    for i, c in enumerate(linear.columns):
-        if spike[i] <= 0 or c.candidate.label in labels or deviation[i] <= 0:
-            continue
-        theta = made.solution.theta[i]
-        if abs(theta) < _SEEN * deviation[i]:
-            continue
+    for c, theta, deviation, spike in _off(made):
         rotor = dict(c.candidate.fixed).get("rotor", 0)
         name, declared, per = c.candidate.cls.in_the_file(vehicle, c.place, rotor)
         at = places(c.candidate, vehicle)[c.place]
         moved = at.value(at.absent + theta * c.scale)
-        error = abs(deviation[i] * per * c.scale) * at.slope(moved)
-        ordinary = abs(theta) < ORDINARY * spike[i]
+        error = abs(deviation * per * c.scale) * at.slope(moved)
         value, unit = declared + per * (moved - at.absent), _unit(c.candidate, at.parameter, name)
-        out.append(FileNumber(name, declared, value, float(error), bool(ordinary), unit))
+        out.append(FileNumber(name, declared, value, float(error), bool(abs(theta) < ORDINARY * spike), unit))
     return tuple(out)
+
+
+def labels_off(made: Fit) -> list[str]:
+    """Labels of the effects that say what these flights show the file to be off by; clocks and mounts are the log's."""
+    named = {c.label for c in made.linear.choices if np.isfinite(c.price)}
+    off = [c.candidate for c, *_ in _off(made) if c.candidate.label in named]
+    kinds = {c.label: c.cls.declared.kind for c in off if c.cls.declared is not None and c.cls.place != "measurement"}
+    return [label for label, kind in kinds.items() if kind not in OF_THE_LOG]
+
+
+def within_file(made: Fit, label: str, whole: Fit) -> bool:
+    """Whether the numbers of an effect are no further off than this file is, as it was found to be with `whole`."""
+    spike = whole.linear.spike(whole.scales)
+    known = {(c.candidate.label, c.place): x for c, x in zip(whole.linear.columns, spike, strict=True)}
+    own = [i for i, c in enumerate(made.linear.columns) if c.candidate.label == label]
+    off = {made.linear.columns[i].place: abs(made.solution.theta[i]) for i in own}
+    return all(x <= ORDINARY * known.get((label, place), 0.0) for place, x in off.items())
+
+
+def _off(made: Fit) -> Iterator[tuple[Column, float, float, float]]:
+    """File numbers that are sure not to be what the file says: column, number, its standard error and what this file is
+    off by, usual sizes."""
+    spike = made.linear.spike(made.scales)
+    deviation = np.sqrt(np.diag(overdispersion(made)[1]))
+    for i, c in enumerate(made.linear.columns):
+        theta = made.solution.theta[i]
+        inside = spike[i] <= 0 or c.candidate.label in made.labels or deviation[i] <= 0
+        if not inside and abs(theta) >= _SEEN * deviation[i]:
+            yield c, float(theta), float(deviation[i]), float(spike[i])
 
 
 def _unit(candidate: Candidate, parameter: str, name: str) -> str:
@@ -103,17 +124,18 @@ def _unit(candidate: Candidate, parameter: str, name: str) -> str:
     return "" if unit == "-" else unit
 
 
-def thrust_over_mass(made: Fit) -> list[FileNumber]:
+def thrust_over_mass(made: Fit, scales: Scales | None = None) -> list[FileNumber]:
     """By which factor the thrust of all rotors over the mass is off, where flights show it; none where a name says it.
 
     Accelerations tell the ratio, and hardly ever which of the two is off: each alone may be within its error.
+    scales: how far the file is off, to judge it by; as it was found to be where not given.
     """
     linear = made.linear
     vehicle = linear.observation.vehicle
     labels = set(made.labels)
     if {x.split()[0] for x in labels} & OF_THRUST_OVER_MASS or not vehicle.mass:
         return []
-    spike, covariance = linear.spike(made.scales), overdispersion(made)[1]
+    spike, covariance = linear.spike(scales or made.scales), overdispersion(made)[1]
     weight = np.zeros(len(linear.columns))
     for i, c in enumerate(linear.columns):
         name = c.candidate.name
@@ -130,3 +152,8 @@ def thrust_over_mass(made: Fit) -> list[FileNumber]:
     ordinary = abs(total) < ORDINARY * float(np.linalg.norm(weight * spike))
     factor = float(np.exp(total))
     return [FileNumber(THRUST_OVER_MASS, 1.0, factor, error * factor, ordinary)]
+
+
+def out_of_line(made: Fit) -> bool:
+    """Whether thrust over mass is further off than in files that are off by ten percent."""
+    return any(not n.ordinary for n in thrust_over_mass(made, Scales(max(SCALES))))

@@ -26,7 +26,7 @@ EACH = 5.0  # nats that a further effect costs before its numbers: of 150 effect
 STATE = 2.0  # nats of a number that is found for one flight: it is told to an eighth of what it may be
 SCALES = (0.05, 0.3, 1.0, 3.0, 9.0)  # of all numbers of a file together, times what their effects say (`Declared`)
 KIND_SPREAD = 0.4  # standard deviation of the logarithm by which a kind's scale differs from the common one
-_OF_THE_LOG = ("clock", "mount")
+OF_THE_LOG = ("clock", "mount")
 _STAMP = 0.1  # of the time between commands: their stamps are hardly more exact
 
 
@@ -39,7 +39,7 @@ class Scales:
 
     def of(self, kind: str) -> float:
         """The scale of a kind. Clocks and mounts are no worse for what a file says of the vehicle."""
-        return 1.0 if kind in _OF_THE_LOG and self.common > 0.0 else self.kinds.get(kind, self.common)
+        return 1.0 if kind in OF_THE_LOG and self.common > 0.0 else self.kinds.get(kind, self.common)
 
     def cost(self) -> float:
         """Nats that kinds cost which differ from the common scale."""

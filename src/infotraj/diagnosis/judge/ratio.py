@@ -1,0 +1,50 @@
+"""Thrust over mass as a finding: where it is out of line with the rest of the file, what says so is named.
+
+Accelerations tell the ratio, and not whether the thrust or the mass is off, so that each alone may be within what a
+file is off by, and no effect is needed beside a file that is free to be wrong. Where the ratio is further off than in
+the worst of files, and what corrects it takes half of an error off flights that were not fitted, staying silent would
+leave the largest error without a name.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from infotraj.diagnosis.judge.evidence import evidence
+from infotraj.diagnosis.judge.giving import Given
+from infotraj.diagnosis.judge.numbers import fitted_numbers, out_of_line, values_of
+from infotraj.diagnosis.judge.verdicts import Finding
+from infotraj.diagnosis.select.search import Fit
+
+_HALF = float(np.log(2.0))  # by which the error of an axis falls
+_MOSTLY = 0.5  # of what the best takes off that axis: what takes as much is not told from it
+
+
+def with_ratio(
+    findings: tuple[Finding, ...], told: Fit, made: Given, rng: np.random.Generator
+) -> tuple[tuple[Finding, ...], Given]:
+    """The findings with what corrects the file's thrust over mass, where that is one; the model that is given with it.
+
+    told: the set of what is needed, beside a file that is free to be wrong.
+    """
+    best = next(iter(made.of_ratio), "")
+    if best not in made.beside or not out_of_line(told):
+        return findings, made
+    falls = {x: evidence(fit, x, rng) for x, fit in made.of_ratio.items()}
+    axis = max(falls[best].falls, key=lambda a: falls[best].falls[a], default="")
+    most = falls[best].falls.get(axis, 0.0)
+    if most < _HALF:
+        return findings, made
+    group = [x for x, e in falls.items() if e.falls.get(axis, 0.0) >= _MOSTLY * most]
+    new: dict[str, Finding] = {}
+    for x in group:
+        fit = made.of_ratio[x]
+        k = [m.candidate.label for m in fit.members].index(x)
+        values, errors = values_of(fit.members[k]), fitted_numbers(fit)[k]
+        new[x] = Finding(x, "Supported", tuple(group), falls[x], values, errors)
+        if len(group) > 1:
+            reason = f"these flights cannot tell {' from '.join(group)}"
+            new[x] = replace(new[x], verdict="Not separable", reason=reason)
+    return tuple(new.get(f.name, f) for f in findings), replace(made, beside=tuple(x for x in made.beside if x != best))
