@@ -152,3 +152,31 @@ def test_a_number_that_adds_to_nothing_is_its_own_coordinate():
     effect = cls(r=[0.01, -0.02, 0.005])
     assert np.array_equal(read(effect, at), [0.01, -0.02, 0.005])
     assert np.array_equal(slopes(effect, at), np.ones(3))
+
+
+def test_a_file_that_is_off_by_ten_percent_is_corrected_and_nothing_is_named():
+    """No effect is missing, so none is named; what the flights show of the file stands in the model that is given."""
+    found = diagnosed({}, lambda vehicle: wrong_file(vehicle, "10%", np.random.default_rng(6)))
+    assert found.supported == ()
+    assert found.beside
+    given, corrected = (error_elsewhere(m, {}) for m in (Model(found.model.vehicle), found.model))
+    assert corrected[2] < 0.5 * given[2]
+    assert np.all(corrected < 1.1 * given)
+    assert "in the model beside what is named: " in as_text(found)
+    assert [e["name"] for e in as_dict(found)["corrected"]] == [e.name for e in found.model.effects]
+
+
+@pytest.mark.parametrize("force", [False, True])
+def test_the_bias_of_an_accelerometer_does_not_enter_the_model(force):
+    """It looks like a steady force to who measures forces with it; one that is there, the path shows, too."""
+    true = yaml.safe_load(FILE.read_text())
+    hidden = {"linear_drag": {"d": [0.25, 0.2, 0.3]}} | ({"steady_force": {"f": [0.03, 0.0, 0.0]}} if force else {})
+    flights = []
+    for seed in (50, 51):
+        table = fly(true, hidden, seconds=10.0, seed=seed, noise=NOISE)
+        table["ax"] += 0.0 if force else 0.04
+        flights.append(Flight(table.drop(columns=[f"rotor_{i}" for i in range(4)]), {}))
+    found = diagnose(Model(load_vehicle(FILE)), flights)
+    assert "linear_drag" in found.supported
+    assert force or any(n.name.startswith("level of the world frame") for n in found.file)
+    assert ("steady_force" in {e.name for e in found.model.effects}) == force

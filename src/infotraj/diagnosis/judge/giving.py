@@ -15,7 +15,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from infotraj.comparing.equation_error import equation_error
+from infotraj.comparing.statistics import statistics
 from infotraj.diagnosis.gates import refusal
+from infotraj.diagnosis.judge.needed import TELLS
 from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS, labels_off, thrust_over_mass, within_file
 from infotraj.diagnosis.linear.candidates import places
 from infotraj.diagnosis.linear.observation import Member, Observation
@@ -92,14 +95,25 @@ def _corrected(search: Search, whole: Fit, made: Fit) -> tuple[Fit, tuple[str, .
         promised = {x: _promised(made, x) for x in open_to}
         best = max(open_to, key=lambda x: promised[x])
         open_to.remove(best)
-        if promised[best] < np.log(_WORSE):
+        if promised[best] < TELLS:
             break
         tried = search.fitted([*made.labels, best], made, Scales(0.0), go_on=True)
         reached = _net(_shares(tried))
-        if reached < net - np.log(_WORSE) and not _ends(tried, made) and within_file(tried, best, whole):
+        allowed = not _ends(tried, made) and within_file(tried, best, whole)
+        if reached < net - TELLS and allowed and (best != "steady_force" or _on_the_path(tried, made)):
             made, net = tried, reached
             taken.append(best)
     return made, tuple(taken)
+
+
+def _on_the_path(tried: Fit, made: Fit) -> bool:
+    """Whether the path of these flights shows a steady force: one that an accelerometer alone measures is its bias."""
+    o = made.linear.observation
+    left = []
+    for fit in (made, tried):
+        model = o.model(fit.members)
+        left.append(statistics([equation_error(model, f, force_from="velocity") for f in o.flights]).rmse[:3])
+    return bool(np.nansum(np.log(left[0] / left[1])) >= TELLS)
 
 
 def _promised(made: Fit, label: str) -> float:
