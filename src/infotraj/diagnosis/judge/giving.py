@@ -31,6 +31,7 @@ from infotraj.rotations import Array
 
 _WORSE = 1.05  # times the error of an axis on flights that were not fitted, less than which is no difference
 _ROUNDS = 4  # it changes what the other numbers mean: a fit beside it is further away than one without
+_STEADY = "steady_force"
 _LEAST = 1e-4  # of an axis' squared error: what changes less does not act on it
 
 
@@ -57,8 +58,11 @@ def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
         made = _as_found(search, whole, labels) if inside else search.fitted(labels, whole, Scales(0.0))
         made = made if labels else whole
     else:
+        ratio = _ratio(search, whole, labels)
+        if not labels and not ratio and not labels_off(whole):
+            return Given(whole)
         made = search.fitted(labels, whole, Scales(0.0), go_on=True)
-        of_ratio = _of_ratio(search, whole, labels, made, _ratio(search, whole, labels))
+        of_ratio = _of_ratio(search, whole, labels, made, ratio)
         if of_ratio:
             beside, made = (next(iter(of_ratio)),), next(iter(of_ratio.values()))
         made, further = _corrected(search, whole, made)
@@ -100,20 +104,23 @@ def _corrected(search: Search, whole: Fit, made: Fit) -> tuple[Fit, tuple[str, .
         tried = search.fitted([*made.labels, best], made, Scales(0.0), go_on=True)
         reached = _net(_shares(tried))
         allowed = not _ends(tried, made) and within_file(tried, best, whole)
-        if reached < net - TELLS and allowed and (best != "steady_force" or _on_the_path(tried, made)):
+        if reached < net - TELLS and allowed and (best != _STEADY or _on_the_path(tried) >= TELLS):
             made, net = tried, reached
             taken.append(best)
     return made, tuple(taken)
 
 
-def _on_the_path(tried: Fit, made: Fit) -> bool:
-    """Whether the path of these flights shows a steady force: one that an accelerometer alone measures is its bias."""
+def _on_the_path(made: Fit) -> float:
+    """The logarithm by which a steady force makes the forces that follow from the flights' path smaller errors.
+
+    0 where no path was measured. What an accelerometer alone shows is its bias, and no force.
+    """
     o = made.linear.observation
     left = []
-    for fit in (made, tried):
-        model = o.model(fit.members)
+    for members in (made.members, [m for m in made.members if m.candidate.label != _STEADY]):
+        model = o.model(members)
         left.append(statistics([equation_error(model, f, force_from="velocity") for f in o.flights]).rmse[:3])
-    return bool(np.nansum(np.log(left[0] / left[1])) >= TELLS)
+    return float(np.nansum(np.log(left[1] / left[0])))
 
 
 def _promised(made: Fit, label: str) -> float:
