@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 
 from infotraj.diagnosis.diagnosis import diagnose
-from infotraj.experiment.real.cases import cut_case, flight_path, missing, read_cases
-from infotraj.flight import read_flight
+from infotraj.diagnosis.gates.observing import observe
+from infotraj.experiment.real.answering import admit
+from infotraj.experiment.real.cases import cut_case, missing, read_cases
 from infotraj.models.file import load_model
 
 CONFIG = Path(__file__).parents[2] / "config"
@@ -22,7 +23,9 @@ def test_thrust_that_coaxial_pairs_lose_is_named_as_one_group(tmp_path):
     if absent:
         pytest.skip(absent)
     cut_case(case, tmp_path)
-    found = diagnose(load_model(CONFIG / case.model), [read_flight(flight_path(tmp_path, w)) for w in case.fit])
+    model = load_model(CONFIG / case.model)
+    used, _ = admit(case.fit, tmp_path, model.vehicle, lambda flight: observe(model, [flight]))
+    found = diagnose(model, used)
     (name,) = NAMES & set(found.supported)
     finding = found.finding(name)
     assert set(finding.group) == NAMES
