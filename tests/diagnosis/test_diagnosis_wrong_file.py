@@ -186,3 +186,14 @@ def test_the_bias_of_an_accelerometer_is_no_steady_force(force, bias):
     assert ("steady_force" in {e.name for e in found.model.effects}) == bool(force)
     assert ("steady_force" in found.supported) == bool(force)
     assert force or any(n.name.startswith("level of the world frame") for n in found.file)
+
+
+def test_beside_a_file_that_whole_steps_do_not_mend_damped_ones_find_the_effect():
+    """Without them the model did not come to its numbers, and nothing could be named."""
+    found = diagnosed(
+        {"linear_drag": {"d": [0.11, 0.14, 0.09]}}, lambda vehicle: wrong_file(vehicle, "10%", np.random.default_rng(6))
+    )
+    assert found.search.damped
+    assert found.supported == ("linear_drag",)
+    assert found.finding("linear_drag").parameters["d"][:2] == pytest.approx([0.11, 0.14], rel=0.1)
+    assert np.all(found.after.rmse < 0.3 * found.before.rmse)

@@ -30,6 +30,7 @@ _SETTLED = 1.0  # weighted squared error by which a last step may still fall
 _FAR = 0.1  # of the error, by which it may still fall where rounds ran out: with more the numbers are not found yet
 _PROMISED = 1.0  # of the error: where more than half of what is left is only said to go, the model never came there
 _HALVES = 5
+_DAMPING = (0.01, 0.1, 1.0)  # of a step, where no part of it makes the error fall
 _CHEAP = 6  # steps with the columns that there are, for one that makes them anew
 _CONTRACTS = 0.8  # of what a step promised may be promised again: with more the columns are not those of the place
 _EXPECTED = 1.2  # times the error that the linear model says of a step: with more it is taken by half
@@ -101,7 +102,8 @@ class Fit:
 class Search:
     """The state of a search: flights, candidates, and what it did (`trail`), for the verbose output.
 
-    barred: labels of candidates whose numbers would end at a physical bound, and of what.
+    barred: labels of candidates whose numbers would end at a physical bound, and of what; damped: where no part of a
+    step makes the error fall, it is damped: without, the model had not come to its numbers.
     """
 
     observation: Observation
@@ -109,6 +111,7 @@ class Search:
     held: tuple[Member, ...]
     trail: list[str] = field(default_factory=list)
     barred: dict[str, str] = field(default_factory=dict)
+    damped: bool = False
 
     def best(self, now: Linear, exact: bool = False) -> Fit:
         """The most probable set of effects, fitted. now: where it begins; exact: it holds every number of the file."""
@@ -170,15 +173,21 @@ class Search:
         """The best set of which no number ends at a physical bound: what needs that stands for something else.
 
         Of several at a bound the one goes that is worth least; what it stood for is searched anew. Where the model
-        does not come to the numbers that it is said to need, no set does.
+        does not come to the numbers that it is said to need, damped steps are tried, and then no set does.
         """
         while True:
             if made.may_fall(_FAR):
                 made = self._settled(made, made.labels, 3 * _ROUNDS, False)
             inside = {m.candidate.label for m in made.members if not m.held}
             ended = {k: v for k, v in beyond_bounds(made.members, self.observation.vehicle).items() if k in inside}
+            if not ended and not (made.exact and made.may_fall(_PROMISED)):
+                return made
             if not ended:
-                return self._empty(made) if made.exact and made.may_fall(_PROMISED) else made
+                if self.damped:
+                    return self._empty(made)
+                self.damped = True
+                made = self._climbed(made)
+                continue
             sets = {x: tuple(i for i in made.chosen if made.linear.choices[i].label != x) for x in ended}
             least = list(ended)[int(np.argmax(made.scorer.scores(list(sets.values()))))]
             self.barred[least] = ended[least]
@@ -320,15 +329,15 @@ class Search:
         return linearised(self.observation, point, self.known, like=now, frozen=frozen or made.exact)
 
     def _stepped(self, made: Fit, frozen: bool = False) -> Linear:
-        """The model around the numbers of a solution; where the error does not fall, the best part of the way there."""
+        """The model around the numbers of a solution; where the error does not fall, the best part of the way there, or
+        of a way that is damped where little is told."""
         now, chosen, theta = made.linear, made.chosen, made.solution.theta
         here = now.sums.error(np.zeros(now.sums.width)).sum()
         there = now.absent.error(theta).sum()
         # A file that is taken as it is may leave more than before: as much as the linear model says is expected.
         allowed = max(here, there + _SETTLED if made.exact else _EXPECTED * there)
         left: list[tuple[float, tuple[Member, ...]]] = []
-        for k in range(_HALVES):
-            numbers = now.now + 0.5**k * (theta - now.now)
+        for numbers in self._on_the_way(made):
             # Beside all that the file is off by, as the linear model has it.
             tried = now.members(chosen, numbers, shift=0.0, straight=True)
             point = tried if made.exact else now.members(chosen, numbers, shift=_LOOSE)
@@ -337,6 +346,13 @@ class Search:
                 break
         point = min(left, key=lambda x: x[0])[1]
         return linearised(self.observation, point, self.known, like=now, frozen=frozen or made.exact)
+
+    def _on_the_way(self, made: Fit) -> Iterator[Array]:
+        """Numbers to try, one after another, on the way to those of a solution."""
+        now, theta = made.linear, made.solution.theta
+        yield from (now.now + 0.5**k * (theta - now.now) for k in range(_HALVES))
+        scorer = now.scorer(made.scales, made.held)
+        yield from (scorer.damped(made.chosen, now.now, damping) for damping in _DAMPING if self.damped)
 
     def _error(self, like: Linear, point: Sequence[Member]) -> float:
         """Weighted squared error of the model at a point, under the weights of a linearisation."""
