@@ -103,7 +103,7 @@ def _corrected(search: Search, whole: Fit, made: Fit) -> tuple[Fit, tuple[str, .
             break
         tried = search.fitted([*made.labels, best], made, Scales(0.0), go_on=True)
         reached = _net(_shares(tried))
-        allowed = not _ends(tried, made) and within_file(tried, best, whole)
+        allowed = not _ends(tried, made) and within_file(tried, best)
         if reached < net - TELLS and allowed and (best != _STEADY or _on_the_path(tried) >= TELLS):
             made, net = tried, reached
             taken.append(best)

@@ -95,13 +95,11 @@ def labels_off(made: Fit) -> list[str]:
     return [label for label, kind in kinds.items() if kind not in OF_THE_LOG]
 
 
-def within_file(made: Fit, label: str, whole: Fit) -> bool:
-    """Whether the numbers of an effect are no further off than this file is, as it was found to be with `whole`."""
-    spike = whole.linear.spike(whole.scales)
-    known = {(c.candidate.label, c.place): x for c, x in zip(whole.linear.columns, spike, strict=True)}
+def within_file(made: Fit, label: str) -> bool:
+    """Whether the numbers of an effect are no further off than those of files that are off by ten percent."""
+    spike = made.linear.spike(Scales(max(SCALES)))
     own = [i for i, c in enumerate(made.linear.columns) if c.candidate.label == label]
-    off = {made.linear.columns[i].place: abs(made.solution.theta[i]) for i in own}
-    return all(x <= ORDINARY * known.get((label, place), 0.0) for place, x in off.items())
+    return all(abs(made.solution.theta[i]) <= ORDINARY * spike[i] for i in own)
 
 
 def _off(made: Fit) -> Iterator[tuple[Column, float, float, float]]:
