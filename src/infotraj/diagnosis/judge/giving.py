@@ -104,23 +104,23 @@ def _corrected(search: Search, whole: Fit, made: Fit) -> tuple[Fit, tuple[str, .
         tried = search.fitted([*made.labels, best], made, Scales(0.0), go_on=True)
         reached = _net(_shares(tried))
         allowed = not _ends(tried, made) and within_file(tried, best)
-        if reached < net - TELLS and allowed and (best != _STEADY or _on_the_path(tried) >= TELLS):
+        if reached < net - TELLS and allowed and (best != _STEADY or _on_the_path(tried, made)):
             made, net = tried, reached
             taken.append(best)
     return made, tuple(taken)
 
 
-def _on_the_path(made: Fit) -> float:
-    """The logarithm by which a steady force makes the forces that follow from the flights' path smaller errors.
+def _on_the_path(tried: Fit, made: Fit) -> bool:
+    """Whether the path of these flights shows a steady force, which `tried` has and `made` has not.
 
-    0 where no path was measured. What an accelerometer alone shows is its bias, and no force.
+    What an accelerometer alone shows is its bias, and no force.
     """
     o = made.linear.observation
     left = []
-    for members in (made.members, [m for m in made.members if m.candidate.label != _STEADY]):
-        model = o.model(members)
+    for fit in (made, tried):
+        model = o.model(fit.members)
         left.append(statistics([equation_error(model, f, force_from="velocity") for f in o.flights]).rmse[:3])
-    return float(np.nansum(np.log(left[1] / left[0])))
+    return bool(np.nansum(np.log(left[0] / left[1])) >= TELLS)
 
 
 def _promised(made: Fit, label: str) -> float:
