@@ -15,6 +15,7 @@ from infotraj.diagnosis.diagnosis import diagnose
 from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.judge.numbers import THRUST_OVER_MASS
 from infotraj.diagnosis.linear.candidates import Candidate, places, raw, read, slopes, written
+from infotraj.diagnosis.report.following import next_command
 from infotraj.diagnosis.report.summary import as_dict, as_text
 from infotraj.diagnosis.select.prior import Scales
 from infotraj.effects import catalogue
@@ -169,6 +170,7 @@ def test_a_file_that_is_off_by_ten_percent_is_corrected_and_nothing_is_named():
     assert np.all(corrected < 1.1 * given)
     assert "in the model beside what is named: " in as_text(found)
     assert [e["name"] for e in as_dict(found)["corrected"]] == [e.name for e in found.model.effects]
+    assert "--save-model" in next_command(found, FILE, None)
 
 
 @pytest.mark.parametrize(("force", "bias"), [(0.0, 0.04), (0.03, 0.0)])
@@ -197,3 +199,8 @@ def test_beside_a_file_that_whole_steps_do_not_mend_damped_ones_find_the_effect(
     assert found.supported == ("linear_drag",)
     assert found.finding("linear_drag").parameters["d"][:2] == pytest.approx([0.11, 0.14], rel=0.1)
     assert np.all(found.after.rmse < 0.3 * found.before.rmse)
+    rotors = [e.values["rotor"] for e in found.model.effects if e.name == "rotor_effectiveness"]
+    assert rotors
+    corrected = [e["parameters"]["rotor"] for e in as_dict(found)["corrected"] if e["name"] == "rotor_effectiveness"]
+    assert corrected == rotors
+    assert f"rotor_effectiveness rotor={rotors[0]} " in as_text(found)

@@ -126,8 +126,9 @@ def _next(asked: Asked, found: Diagnosis, saved: Path | None) -> list[dict[str, 
     """What to do next: why, and the command."""
     model, named = asked.model, " ".join(sources(found))
     rows = []
-    if found.supported and found.healthy is None:
-        why = "Write the model with what is named" if saved is None else "Compare the new model with the one as given"
+    if (found.supported or found.beside) and found.healthy is None:
+        new = "Write the model with what is named" if found.supported else "Write the model with the file corrected"
+        why = new if saved is None else "Compare the new model with the one as given"
         rows.append((why, next_command(found, model, saved)))
     rows.append(("Look at where it fails", f"infotraj locate {model} {named}{as_read(found.command_steps)}"))
     flight = flight_command(found, model)

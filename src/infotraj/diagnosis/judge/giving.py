@@ -54,9 +54,10 @@ def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
     of_ratio: dict[str, Fit] = {}
     beside: tuple[str, ...] = ()
     if observation.healthy is not None:
+        if not labels:
+            return Given(whole)
         inside = set(labels) <= set(whole.labels)
         made = _as_found(search, whole, labels) if inside else search.fitted(labels, whole, Scales(0.0))
-        made = made if labels else whole
     else:
         ratio = _ratio(search, whole, labels)
         if not labels and not ratio and not labels_off(whole):
@@ -69,7 +70,7 @@ def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
         beside += further
         if not labels and not beside:
             return Given(whole)
-    pruned = _pruned(made) if made.chosen else Given(made)
+    pruned = _pruned(made)
     left = {m.candidate.label for m in pruned.fit.members if _as_before(m, observation)}
     nothing = "the model that predicts best has nothing of it"
     lost = {label: nothing for label in labels if label in left} | pruned.lost

@@ -22,7 +22,7 @@ def lines(found: Diagnosis, model: Path, saved: Path | None) -> list[str]:
 def next_command(found: Diagnosis, model: Path, saved: Path | None) -> str:
     """The command that comes next. saved: where the new model was written, if it was."""
     named = " ".join(sources(found))
-    if not found.supported or found.healthy is not None:
+    if not (found.supported or found.beside) or found.healthy is not None:
         following = f"infotraj locate {model} {named}"
     elif saved is None:
         following = f"infotraj diagnose {model} {named} --save-model new.yaml"

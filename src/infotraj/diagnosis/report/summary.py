@@ -84,9 +84,15 @@ def as_dict(found: Diagnosis) -> dict[str, Any]:
 
 
 def _corrected(found: Diagnosis) -> list[tuple[Effect, dict[str, Any], dict[str, Any]]]:
-    """Effects of the model that correct the file beside the named ones: each with its numbers and standard errors."""
+    """Effects of the model that correct the file beside the named ones: each with its numbers, of which rotor they are
+    too, and standard errors."""
     made = zip(found.model.effects, found.errors_of, strict=False)
-    return [(e, {k: e.values[k] for k in errors}, errors) for e, errors in made if e.name in found.beside]
+    places = {p.name for e in found.model.effects for p in e.parameters if p.index}
+    return [
+        (e, {k: v for k, v in e.values.items() if k in errors or k in places}, errors)
+        for e, errors in made
+        if e.name in found.beside
+    ]
 
 
 def _reference(found: Diagnosis) -> dict[str, Any] | None:
