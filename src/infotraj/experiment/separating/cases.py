@@ -14,6 +14,7 @@ from infotraj.errors import UsageError, problem
 from infotraj.experiment.common.randomness import generator
 from infotraj.experiment.hidden.cases import Case, hidden_values
 from infotraj.experiment.hidden.config import Count, Flights, HiddenStudy, WrongFile, read_study
+from infotraj.experiment.hidden.room import Room
 from infotraj.vehicle import Positive, Vehicle, validation_line
 
 
@@ -31,15 +32,6 @@ class Pair(_Strict):
     def name(self) -> str:
         """`quadrotor: mass_offset or thrust_scale`."""
         return f"{self.vehicle}: {self.effects[0]} or {self.effects[1]}"
-
-
-class Room(_Strict):
-    """What the next flight may do, as the command's options say it."""
-
-    box: tuple[Positive, Positive, Positive] = Field(description="m")
-    seconds: Positive
-    max_speed: Positive = Field(description="m/s")
-    max_tilt: Positive = Field(description="deg")
 
 
 class SeparatingStudy(_Strict):

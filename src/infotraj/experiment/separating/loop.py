@@ -11,13 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from infotraj.design.design import Design, design, room_of
+from infotraj.design.design import Design, design
 from infotraj.design.questions import separated
 from infotraj.diagnosis.diagnosis import Diagnosis, diagnose
 from infotraj.errors import InfotrajError
 from infotraj.experiment.hidden.config import HiddenStudy
-from infotraj.experiment.separating.cases import Room, Run, SeparatingStudy
-from infotraj.experiment.separating.flying import Fly, plant, shown_file, task
+from infotraj.experiment.hidden.plants import Fly
+from infotraj.experiment.separating.cases import Run, SeparatingStudy
+from infotraj.experiment.separating.flying import plant, shown_file, task
 from infotraj.flight import Flight
 from infotraj.models import Model
 
@@ -62,7 +63,7 @@ def _further(
     pair, said = study.pairs[run.pair].effects, []
     flights = list(flown)
     for k in range(study.designed if arm == "designed" else study.random):
-        room = limited(study.room, flown, model)
+        room = study.room.around(flown, model)
         tried = study.candidates if arm == "designed" else 1
         seed = study.base_seed + 1000 * run.number + k
         made = design(found, flights, room, separate=pair, candidates=tried, seed=seed)
@@ -72,11 +73,6 @@ def _further(
         if told(said[-1], pair) is not None:
             break
     return said
-
-
-def limited(room: Room, flown: Sequence[Flight], model: Model) -> Any:
-    """The room around the task's flights, as the command makes it of its options."""
-    return room_of(flown, room.box, room.seconds, room.max_speed, float(np.deg2rad(room.max_tilt)), model)
 
 
 def _predicted(made: Design) -> Answer:
