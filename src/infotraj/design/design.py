@@ -143,8 +143,7 @@ def design(
             best = sorted([*best, replace(made, value=worth)], key=lambda x: -x.value)[:_KEPT]
         progress(k + 1, candidates)
     if not best:
-        what = "no motion in this room keeps the rotors within their limits"
-        raise InputError(problem(what, "room to move, and rotors that can more than hover", "Give a larger --box."))
+        raise InputError(_no_motion())
     chosen, sim, why = _flyable(model, best, room, bound, flown[-1])
     grams = grams_of(chosen.flight)
     again = [q.gram(_last(found)) for q in questions]
@@ -158,12 +157,46 @@ def design(
     return Design(chosen.reference, told, _rotor_inputs(chosen.flight), bound, room, sim, why, candidates)
 
 
+def at_random(model: Model, flown: Sequence[Flight], room: Room, seed: int = 0) -> Reference:
+    """A motion drawn as the search draws its first, in the same limits, and made calmer alike; nothing is asked of it.
+
+    InputError where no motion keeps the rotors in their limits.
+    """
+    rng, bound = np.random.default_rng([seed, 0]), limits(model.vehicle, list(flown))
+    for _ in range(_TRIES):
+        made = _within(model, drawn(room, rng), room, bound, flown[-1])
+        if made is not None:
+            return _flyable(model, [made], room, bound, flown[-1])[0].reference
+    raise InputError(_no_motion())
+
+
+def largest(model: Model, motion: Callable[[float], Reference], flown: Sequence[Flight]) -> float:
+    """The largest share (1, 0.8, 0.64 ..) of a motion that the rotors can fly, `motion(share)`.
+
+    InputError where they can fly none of eight.
+    """
+    bound = limits(model.vehicle, list(flown))
+    for share in _CALMER ** np.arange(_TRIES):
+        if _can_fly(model, expected(model, motion(share), flown[-1]), bound):
+            return float(share)
+    raise InputError(_no_motion())
+
+
+def _no_motion() -> str:
+    what = "no motion in this room keeps the rotors within their limits"
+    return problem(what, "room to move, and rotors that can more than hover", "Give a larger --box.")
+
+
+def _can_fly(model: Model, flight: Flight, bound: Limits) -> bool:
+    return not model.vehicle.rotors or bound.passed(_rotor_inputs(flight)) <= -_INSIDE
+
+
 def _within(model: Model, genes: Array, room: Room, bound: Limits, like: Flight) -> _Tried | None:
     """A motion that the rotors can fly, made calmer until they can; None if never."""
     for _ in range(_TRIES):
         reference = path(room, genes)
         flight = expected(model, reference, like)
-        if not model.vehicle.rotors or bound.passed(_rotor_inputs(flight)) <= -_INSIDE:
+        if _can_fly(model, flight, bound):
             return _Tried(genes, reference, flight, -np.inf)
         genes = calmer(genes, _CALMER)
     return None

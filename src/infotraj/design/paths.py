@@ -47,10 +47,17 @@ class Room:
 
 
 def path(room: Room, genes: Array) -> Reference:
-    """The reference of `genes` (room.genes,) in [0, 1]; scaled down until its speed and lean are allowed."""
+    """The reference of `genes` (room.genes,) in [0, 1], in the limits of `placed`."""
     t = DT * np.arange(round(room.seconds / DT) + 1, dtype=float)
     axes = genes.reshape(-1, _GENES)
     place = np.stack([_wave(t, axes[i], room.size[i] / 2) for i in range(3)], axis=1)
+    leans = [_wave(t, axes[k], room.tilt) for k in (4, 5)] if room.free else [0.0 * t, 0.0 * t]
+    return placed(room, t, place, _wave(t, axes[3], _YAW), *leans)
+
+
+def placed(room: Room, t: Array, place: Array, yaw: Array, roll: Array, pitch: Array) -> Reference:
+    """The reference at `t` (n,) s along `place` (n, 3) m from the room's middle, scaled down until speed and lean are
+    allowed; roll and pitch (n,) rad count where the vehicle may choose them."""
     velocity, acceleration = np.gradient(place, DT, axis=0), np.gradient(np.gradient(place, DT, axis=0), DT, axis=0)
     most = room.gravity * np.tan(room.tilt)
     across = np.linalg.norm(acceleration[:, :2], axis=1).max()
@@ -62,10 +69,8 @@ def path(room: Room, genes: Array) -> Reference:
         0.5 * room.gravity / max(upward, 1e-9),
     )
     place = room.center + share * place
-    yaw = _wave(t, axes[3], _YAW)
     if not room.free:
         return flat(t, place, yaw, room.gravity)
-    roll, pitch = (_wave(t, axes[k], room.tilt) for k in (4, 5))
     return from_poses(t, place, rotations.from_euler(roll, pitch, yaw))
 
 
