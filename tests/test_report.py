@@ -11,11 +11,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from infotraj.comparing.equation_error import EquationError
 from infotraj.diagnosis.report.reasons import why
+from infotraj.diagnosis.report.steps import HeldOut
 from infotraj.report.again import FORM, read_content
 from infotraj.report.bars import gains
-from infotraj.report.combinations import boxes
-from infotraj.report.failing import _far_off, _reach
+from infotraj.report.combinations import Combinations, boxes
+from infotraj.report.failing import _far_off, _reach, heat
 from infotraj.report.figures import _places
 from infotraj.report.formats import change, interval, minus, numbers, prefixed, significant
 from infotraj.report.page import clauses, page
@@ -151,6 +153,46 @@ def test_the_effect_that_is_named_is_what_makes_the_error_fall(content, quad_rep
     heat = {row["axis"]: row["cells"] for row in content["heat"]["rows"]}
     assert all(cell["before"] > 10 > 2 > cell["after"] for cell in heat["tx"])
     assert "rotor_effectiveness" in (quad_report / "new.yaml").read_text()
+
+
+def test_both_sides_of_the_heat_map_are_over_one_floor():
+    """The floor of a residual that is not white depends on its model; the arrow compares errors, not floors."""
+    rng = np.random.default_rng(0)
+    measured, unit = rng.standard_normal((50, 6)), {"force": "N", "torque": "N m"}
+    made = []
+    for left, own in ((0.8, 0.4), (0.2, 0.1)):
+        error = EquationError(
+            np.arange(50.0),
+            measured,
+            (1 - left) * measured,
+            np.full(6, own),
+            np.ones(6),
+            unit,
+            "velocity",
+            0.15,
+            {},
+            {},
+        )
+        made.append(HeldOut((error,), np.ones((1, 6)), np.ones((1, 6)), np.zeros(1)))
+    none = np.zeros((2, 6))
+    found = Combinations((("a",),), tuple(made), none, none, np.full(6, 0.1), np.full((1, 6), 0.1))
+    for row in heat(found, ["one"])["rows"]:
+        (cell,) = row["cells"]
+        assert cell["before"] / cell["after"] == pytest.approx(4.0)
+
+
+def test_the_floor_of_the_page_is_that_of_the_printed_answer(content):
+    floor = content["answer"]["error"]["floor"]
+    assert content["fall"]["floor"] == floor
+    # Of each flight beside its errors: the flights' errors over their floors come to the error of all over its floor.
+    for row in content["heat"]["rows"]:
+        squares = [cell["after"] ** 2 for cell in row["cells"]]
+        whole = content["fall"]["rmse"][-1][row["axis"]] / floor[row["axis"]]
+        assert np.sqrt(np.mean(squares)) == pytest.approx(whole, rel=0.05)
+    assert "after: the new model, fitted to all of these flights; floor: that of the new model" in content["text"]
+    text = re.sub(r"\s+", " ", page(content))
+    assert "One floor stands under both sides" in text
+    assert "the error after a fit to all of these flights, which is usually smaller" in text
 
 
 def test_the_next_command_uses_the_model_that_was_written(content, quad_report):

@@ -256,19 +256,20 @@ def long_flights(count, seconds, rate, boxes):
     """Errors of long flights: slow motion, noise, and one spike of one row a flight."""
     rng = np.random.default_rng(0)
     combinations = [[] for _ in range(2**boxes)]
-    t = np.arange(0.0, seconds, 1.0 / rate)
+    t, floor = np.arange(0.0, seconds, 1.0 / rate), np.full(6, 0.1)
     unit = {"force": "N", "torque": "N m"}
     for flight in range(count):
         measured = np.sin(0.5 * t)[:, None] + 0.1 * rng.standard_normal((len(t), 6))
         measured[1000 * (flight + 1), 0] = 99.0
         for k, held in enumerate(combinations):
             predicted = np.sin(0.5 * t)[:, None] * (1 + k) / 2**boxes * np.ones((1, 6))
-            floor = np.full(6, 0.1)
             held.append(EquationError(t, measured, predicted, floor, floor, unit, "velocity", 0.15, {}, {}))
     ones = np.ones((count, 6))
     made = tuple(HeldOut(tuple(e), ones / (1 + k), ones, np.arange(count)) for k, e in enumerate(combinations))
     rmse = np.array([m.rmse for m in made])
-    return Combinations(tuple((f"effect_{k}",) for k in range(boxes)), made, 0.9 * rmse, 1.1 * rmse)
+    return Combinations(
+        tuple((f"effect_{k}",) for k in range(boxes)), made, 0.9 * rmse, 1.1 * rmse, floor, np.tile(floor, (count, 1))
+    )
 
 
 def test_six_flights_of_ten_minutes_stay_small_and_quick(chromium, content, tmp_path):

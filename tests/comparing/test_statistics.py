@@ -1,10 +1,13 @@
 """Errors of several flights together, by numbers that can be worked out by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from infotraj.comparing.equation_error import EquationError
 from infotraj.comparing.statistics import statistics
+from infotraj.comparing.summary import remarks
 
 
 def error_of(measured, floor):
@@ -22,3 +25,11 @@ def test_a_flight_counts_as_its_rows_do():
     assert found.bias == pytest.approx((30 * 2.0 + 10 * 6.0) / 40)
     assert found.floor == pytest.approx(np.sqrt((30 * 0.1**2 + 10 * 0.5**2) / 40))
     assert (found.rows == 40).all()
+
+
+def test_a_floor_that_depends_on_the_model_says_so():
+    white = error_of(np.ones(30), 0.1)
+    red = replace(white, red=np.full(6, 2.0))
+    (said,) = remarks(statistics([red]), [red])
+    assert said.endswith("the floor there is all that changes within 0.45 s unexplained, less with a better model")
+    assert not list(remarks(statistics([white]), [white]))

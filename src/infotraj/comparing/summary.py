@@ -248,7 +248,7 @@ def remarks(overall: Statistics, errors: Sequence[EquationError]) -> Iterable[st
     if coloured:
         yield (
             f"the noise of {', '.join(coloured)} is not white: the floor there is all that changes within "
-            f"{3 * errors[0].window:.2g} s unexplained"
+            f"{3 * errors[0].window:.2g} s unexplained, less with a better model"
         )
     if overall.worse_than_none:
         yield (

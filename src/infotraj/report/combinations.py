@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from infotraj.diagnosis.diagnosis import Diagnosis
-from infotraj.diagnosis.report.steps import HeldOut, held_out, supported_labels
+from infotraj.diagnosis.report.steps import HeldOut, floors, held_out, supported_labels
 from infotraj.rotations import Array
 
 MOST = 4  # boxes: every further one would double what the page holds
@@ -18,12 +18,15 @@ MOST = 4  # boxes: every further one would double what the page holds
 class Combinations:
     """groups: what each box adds, labels of effects, the one that matters most first; made[k]: the errors with the
     boxes that are the bits of k, so made[0] is the model as given and made[-1] the one with everything; low, high
-    (combinations, 6): 95 % of the RMSE."""
+    (combinations, 6): 95 % of the RMSE; floor (6,), floors (flights, 6): what noise leaves with everything in the
+    model, the one floor of all combinations and the one that `diagnose` prints."""
 
     groups: tuple[tuple[str, ...], ...]
     made: tuple[HeldOut, ...]
     low: Array
     high: Array
+    floor: Array
+    floors: Array
 
     @property
     def rmse(self) -> Array:
@@ -45,7 +48,7 @@ def combinations(found: Diagnosis, seed: int = 0) -> Combinations:
         made.append(held)
         low.append(around[0])
         high.append(around[1])
-    return Combinations(groups, tuple(made), np.array(low), np.array(high))
+    return Combinations(groups, tuple(made), np.array(low), np.array(high), found.after.floor, floors(found))
 
 
 def boxes(labels: Sequence[str]) -> tuple[tuple[str, ...], ...]:

@@ -114,7 +114,7 @@ def _fall(fall: Combinations, found: Diagnosis) -> dict[str, Any]:
         "rmse": [_by_axis(row) for row in fall.rmse],
         "low": [_by_axis(row) for row in fall.low],
         "high": [_by_axis(row) for row in fall.high],
-        "floor": _by_axis(fall.made[-1].floor),
+        "floor": _by_axis(fall.floor),
     }
 
 

@@ -26,9 +26,11 @@ MOST_POINTS = 1200  # of a place that are drawn; its mean and RMS are of all
 
 
 def heat(found: Combinations, names: Sequence[str]) -> dict[str, Any]:
-    """RMSE over the floor, axis by flight, as given and with all supported effects, each flight under numbers that were
-    fitted without it."""
-    before, after = (np.array([_over_floor(e) for e in m.errors]) for m in (found.made[0], found.made[-1]))
+    """RMSE over one floor (`Combinations.floors`), axis by flight, as given and with all supported effects, each flight
+    under numbers that were fitted without it."""
+    rmse = (np.array([statistics([e]).rmse for e in m.errors]) for m in (found.made[0], found.made[-1]))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        before, after = (r / found.floors for r in rmse)
     shown = [i for i in range(len(AXES)) if np.isfinite(before[:, i]).any()]
     return {
         "flights": list(names),
@@ -144,12 +146,6 @@ def _reach(y: Array, drawn: Array, floor: float) -> dict[str, float]:
     bottom, top = min(low, drawn.min(), -2.5 * floor), max(high, drawn.max(), 2.5 * floor)
     room = 0.06 * (top - bottom)
     return {"bottom": float(bottom - room), "top": float(top + room)}
-
-
-def _over_floor(error: EquationError) -> Array:
-    s = statistics([error])
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return s.rmse / s.floor
 
 
 def _largest(values: Array) -> float | None:

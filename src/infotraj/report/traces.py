@@ -84,7 +84,7 @@ def _part(
     for k, i in enumerate(shown):
         own = values[:, k * each : (k + 1) * each if small else k * each + 1 + models]
         columns += list(own.T)
-        steps[AXES[i]] = step(own, _FINE * float(found.made[-1].floor[i]))
+        steps[AXES[i]] = step(own, _FINE * float(found.floor[i]))
     wide = [s for name, s in steps.items() for _ in range(1 if name == "t" else (len(columns) - 1) // len(shown))]
     return {
         "bucket": float(2 * (at[1] - at[0])) if small else None,

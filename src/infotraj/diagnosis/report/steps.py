@@ -17,7 +17,8 @@ from infotraj.rotations import Array
 
 @dataclass(frozen=True)
 class Steps:
-    """labels (m,): the model as given, then each effect added; rmse (m, 6); low, high (m, 6): 95 %; floor (6,).
+    """labels (m,): the model as given, then each effect added; rmse (m, 6); low, high (m, 6): 95 %; floor (6,): with
+    all of them.
 
     unit: of force and of torque; axes: their names.
     """
@@ -49,11 +50,6 @@ class HeldOut:
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.sqrt(self.squares.sum(axis=0) / self.rows.sum(axis=0))
 
-    @property
-    def floor(self) -> Array:
-        """What noise of the sensors leaves (6,)."""
-        return np.sqrt(np.mean(np.square([e.floor for e in self.errors]), axis=0))
-
     def interval(self, rng: np.random.Generator) -> tuple[Array, Array]:
         """95 % of the error (6,), low and high, where stretches of the flights are resampled."""
         draws = resampled(self.flight, rng)
@@ -76,9 +72,18 @@ def steps(found: Diagnosis, seed: int = 0) -> Steps:
         np.array([m.rmse for m in made]),
         np.array(low),
         np.array(high),
-        made[-1].floor,
+        found.after.floor,
         made[-1].errors[-1].unit,
     )
+
+
+def floors(found: Diagnosis) -> Array:
+    """What noise of the sensors leaves with everything that is supported, flight by flight (flights, 6).
+
+    Where noise is not white, a floor is what changes fast and is not explained: it depends on the model.
+    """
+    how = {"start": found.start, "stop": found.stop}
+    return np.array([equation_error(found.model, s.flight, **how).floor for s in found.samples])
 
 
 def supported_labels(found: Diagnosis) -> list[str]:

@@ -163,6 +163,8 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
         if np.isfinite(found.before.rmse[i]):
             values = "".join(f"{v:>11.4g}" for v in (found.before.rmse[i], found.after.rmse[i], found.after.floor[i]))
             lines.append(f"{axis:<10}{values} {unit[axis[0]]}")
+    if found.after is not found.before:
+        lines.append("after: the new model, fitted to all of these flights; floor: that of the new model")
     if found.file:
         lines.append("your vehicle file, as these flights have it:")
         for n in found.file:
