@@ -12,6 +12,8 @@ from click.testing import CliRunner
 
 from infotraj import __version__, cli
 
+QUAD = Path(__file__).parents[1] / "examples" / "quad"
+
 
 def run(*arguments):
     return subprocess.run(
@@ -125,3 +127,22 @@ def test_the_first_run_says_on_a_terminal_why_it_takes_long(monkeypatch, capsys,
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     cli._said_once("diagnose")
     assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(
+    ("words", "following"),
+    [
+        (["compare", QUAD / "vehicle.yaml", QUAD / "flight_0.parquet"], "infotraj locate "),
+        (["check", QUAD / "flight_0.parquet"], "infotraj compare MODEL "),
+        (["doctor", QUAD / "vehicle.yaml", QUAD / "flight_0.parquet"], "infotraj diagnose "),
+        (["vehicle", "check", QUAD / "vehicle.yaml"], "infotraj compare "),
+        (["import", QUAD / "flight_0.parquet", "-o", "OUT/a.parquet"], "infotraj check "),
+        (["examples", "OUT"], "infotraj diagnose "),
+    ],
+)
+def test_quiet_hides_messages_and_not_what_comes_next(words, following, tmp_path):
+    said = [str(w).replace("OUT", str(tmp_path)) for w in words]
+    done = CliRunner().invoke(cli.cli, [*said, "-q"])
+    assert done.exit_code == 0, done.output
+    (line,) = done.stderr.splitlines()
+    assert line.startswith(f"next: {following}")

@@ -129,7 +129,7 @@ seconds_option = click.option(
     show_default=True,
     help="Of all flights together that are used at most: of each the part that moves most.",
 )
-quiet_option = click.option("-q", "--quiet", is_flag=True, help="No messages.")
+quiet_option = click.option("-q", "--quiet", is_flag=True, help="Only the answer, and what comes next.")
 
 
 def reference_option(what: str) -> Decorator:
@@ -157,3 +157,8 @@ def say(quiet: bool, line: str) -> None:
     """A line on standard error, unless --quiet."""
     if not quiet:
         click.echo(line, err=True)
+
+
+def say_next(command: str) -> None:
+    """The command that comes next, on standard error: a part of the answer, with --quiet too."""
+    click.echo(f"next: {command}", err=True)

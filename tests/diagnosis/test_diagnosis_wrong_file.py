@@ -104,7 +104,7 @@ def test_thrust_over_mass_is_corrected_in_the_model_beside_what_is_named(off):
         ratio *= mass / (mass + numbers.get("mass_offset", {"dm": 0.0})["dm"])
         assert ratio == pytest.approx(RATIO, abs=0.01)
         assert name in [e["name"] for e in as_dict(found)["corrected"]]
-        assert f"in the model beside what is named: {name} " in as_text(found)
+        assert f"the new model corrects the file, beside what is named: {name} " in as_text(found)
 
 
 def test_what_the_file_was_off_by_is_left_behind_where_it_is_taken_as_it_is():
@@ -168,7 +168,7 @@ def test_a_file_that_is_off_by_ten_percent_is_corrected_and_nothing_is_named():
     given, corrected = (error_elsewhere(m, {}) for m in (Model(found.model.vehicle), found.model))
     assert corrected[2] < 0.5 * given[2]
     assert np.all(corrected < 1.1 * given)
-    assert "in the model beside what is named: " in as_text(found)
+    assert "the new model corrects the file; nothing is named: " in as_text(found)
     assert [e["name"] for e in as_dict(found)["corrected"]] == [e.name for e in found.model.effects]
     assert "--save-model" in next_command(found, FILE, None)
 

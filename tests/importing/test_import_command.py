@@ -64,7 +64,8 @@ def test_saved_mapping_gives_the_same_table(tmp_path: Path) -> None:
     first = CliRunner().invoke(
         import_command, [str(path), "-o", str(tmp_path / "a.csv"), "--save-mapping", str(saved), "-q"]
     )
-    assert (first.exit_code, first.stderr, first.stdout) == (0, "", "")
+    assert (first.exit_code, first.stdout) == (0, "")
+    assert first.stderr == f"next: infotraj check {tmp_path / 'a.csv'}\n"
     again = import_log(path, saved)
     assert again.table.equals(read_flight(tmp_path / "a.csv").table)
     assert again.meta["mapping_sha256"] == read_flight(tmp_path / "a.csv").meta["mapping_sha256"]

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from infotraj.errors import InfotrajError, InputError, UsageError, problem
-from infotraj.options import accept_option
+from infotraj.options import accept_option, say_next
 from infotraj.progress import waiting
 from infotraj.terminal import show
 
@@ -79,9 +79,8 @@ def check_command(
         click.echo(f"rejected: {c.source} ({c.findings[0].code})", err=True)
     for line in unmet(accepted, [f.code for c in checks for f in c.findings] + [f.code for f in lags_across(checks)]):
         click.echo(line, err=True)
-    if not quiet:
-        for line in _next(kept, rejected, mapping, changes, vehicle):
-            click.echo(f"next: {line}", err=True)
+    for line in _next(kept, rejected, mapping, changes, vehicle):
+        say_next(line)
     if rejected and not (skip_rejected and kept):
         sys.exit(InputError.exit_status)
 

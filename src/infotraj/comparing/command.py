@@ -21,6 +21,7 @@ from infotraj.options import (
     recording_option,
     reference_option,
     say,
+    say_next,
     verbose_option,
     window_option,
 )
@@ -143,9 +144,10 @@ def compare_command(
         click.echo(f"above the threshold: {sentence}", err=True)
     named = " ".join(str(f.meta["source"]) for f in used)
     if summary.at_floor(comparison.models[0].overall):
-        say(quiet, f"every axis is within {AT_FLOOR:g} times its floor: nothing is left to name on these flights")
-        say(quiet, f"next: infotraj design {model} --flown {named} -o ref.csv")
+        at_floor = f"every axis is within {AT_FLOOR:g} times its floor: nothing is left to name on these flights"
+        click.echo(at_floor, err=True)
+        say_next(f"infotraj design {model} --flown {named} -o ref.csv")
     else:
-        say(quiet, f"next: infotraj locate {model} {named}")
+        say_next(f"infotraj locate {model} {named}")
     if said:
         sys.exit(THRESHOLD_PASSED)

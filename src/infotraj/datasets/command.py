@@ -9,6 +9,7 @@ import click
 
 from infotraj import __version__
 from infotraj.datasets.fetch import DATA_SETS, default_root, entries, fetch, present
+from infotraj.options import quiet_option, say_next
 
 
 @click.group("data")
@@ -37,7 +38,7 @@ def list_command(root: Path | None, json_file: Path | None) -> None:
 @data_command.command("get")
 @click.argument("names", nargs=-1, required=True, metavar="NAME...")
 @click.option("--dir", "root", type=click.Path(path_type=Path), help="Folder of the data sets; default: INFOTRAJ_DATA.")
-@click.option("-q", "--quiet", is_flag=True, help="No messages.")
+@quiet_option
 def get_command(names: tuple[str, ...], root: Path | None, quiet: bool) -> None:
     """Fetch data sets into FOLDER/NAME; files that are there and right are kept."""
     for name in names:
@@ -46,4 +47,4 @@ def get_command(names: tuple[str, ...], root: Path | None, quiet: bool) -> None:
         folder, fetched = fetch(name, root or default_root())
         if not quiet:
             click.echo(f"{folder}: {fetched} fetched, {len(entries(name)) - fetched} were there", err=True)
-            click.echo(f"next: infotraj check {folder}/*", err=True)
+        say_next(f"infotraj check {folder}/*")

@@ -12,7 +12,7 @@ import click
 
 from infotraj.describing.layouts import LAYOUTS, ORDERS, orders_of
 from infotraj.errors import UsageError, problem
-from infotraj.options import Reading, Several, accept_option, quiet_option
+from infotraj.options import Reading, Several, accept_option, quiet_option, say_next
 
 # What must be known: option, question. Further ones are guessed, and the file says so.
 _NEEDED = {
@@ -99,8 +99,8 @@ def new_command(output: Path, kind: str | None, flight: Path | None, quiet: bool
         click.echo(f"{output}: {text.count(' guessed:') + text.count(' guessed from')} numbers are guessed", err=True)
     if flight is not None:
         _held_against(output, flight, ())
-    elif not quiet:
-        click.echo(f"next: infotraj vehicle check {output} FLIGHT", err=True)
+    else:
+        say_next(f"infotraj vehicle check {output} FLIGHT")
 
 
 @vehicle_command.command("check")
@@ -125,8 +125,7 @@ def check_command(file: Path, flight: Path | None, accept: tuple[str, ...], quie
         click.echo(f"{'  ' if one.good else '! '}{one.sentence}")
     if flight is not None:
         _held_against(file, flight, accept)
-    if not quiet:
-        click.echo(f"next: infotraj compare {file} {flight or 'FLIGHT'}", err=True)
+    say_next(f"infotraj compare {file} {flight or 'FLIGHT'}")
 
 
 def _completed(known: dict[str, Any], kind: str) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from infotraj.errors import InfotrajError, InputError
-from infotraj.options import accept_option
+from infotraj.options import accept_option, say_next
 from infotraj.progress import waiting
 from infotraj.terminal import show
 
@@ -44,8 +44,8 @@ def doctor_command(model: Path, flights: tuple[Path, ...], accept: tuple[str, ..
             ready.append(check.source)
         if stands or not quiet:
             show(f"{check.source}: {line}")
-    if ready and not quiet:
-        click.echo(f"next: infotraj diagnose {model} {' '.join(ready)}", err=True)
+    if ready:
+        say_next(f"infotraj diagnose {model} {' '.join(ready)}")
     if len(ready) < len(flights):
         sys.exit(InputError.exit_status)
 

@@ -20,6 +20,7 @@ from infotraj.options import (
     quiet_option,
     reading_options,
     say,
+    say_next,
     seed_option,
 )
 from infotraj.progress import waiting
@@ -152,4 +153,4 @@ def design_command(
     files.say_unmet(reading.accept, let_in.codes + [d.code for d in found.doubts])
     named = " ".join(str(f.meta["source"]) for f in let_in.flights)
     again = f"infotraj diagnose {model} {named} NEW_FLIGHT"
-    say(quiet, f"next: {report.following(made, str(output), again)}")
+    say_next(report.following(made, str(output), again))

@@ -10,11 +10,12 @@ import click
 
 from infotraj.errors import InfotrajError, UsageError, problem
 from infotraj.examples.location import FOLDERS, shipped
+from infotraj.options import quiet_option, say_next
 
 
 @click.command("examples")
 @click.argument("folder", type=click.Path(path_type=Path))
-@click.option("-q", "--quiet", is_flag=True, help="No messages.")
+@quiet_option
 def examples_command(folder: Path, quiet: bool) -> None:
     """Copy example flights (FOLDER/quad) and vehicle files (FOLDER/vehicles).
 
@@ -41,6 +42,5 @@ def examples_command(folder: Path, quiet: bool) -> None:
             click.echo(
                 f"{folder / name}: {len([p for p in (folder / name).rglob('*') if p.is_file()])} files", err=True
             )
-    if not quiet:
-        quad = folder / "quad"
-        click.echo(f"next: infotraj diagnose {quad / 'vehicle.yaml'} {quad}/*.parquet", err=True)
+    quad = folder / "quad"
+    say_next(f"infotraj diagnose {quad / 'vehicle.yaml'} {quad}/*.parquet")

@@ -12,6 +12,7 @@ import yaml
 
 from infotraj import __version__
 from infotraj.errors import InfotrajError, InputError, UsageError, problem
+from infotraj.options import quiet_option, say_next
 from infotraj.progress import waiting
 
 
@@ -43,7 +44,7 @@ from infotraj.progress import waiting
 )
 @click.option("--allow-damaged", is_flag=True, help="Import what is left of a truncated or damaged log.")
 @click.option("--skip-rejected", is_flag=True, help="Go on with the other logs; exit status 0 where one was imported.")
-@click.option("-q", "--quiet", is_flag=True, help="No messages.")
+@quiet_option
 @click.option("-v", "--verbose", is_flag=True, help="Print the table's metadata.")
 def import_command(
     logs: tuple[Path, ...],
@@ -129,8 +130,8 @@ def import_command(
     if json_file is not None:
         write_text(json_file, json.dumps(report, indent=2))
     written = [f["output"] for f in report["flights"] if f["output"]]
-    if written and not quiet:
-        click.echo(f"next: infotraj check {' '.join(written)}", err=True)
+    if written:
+        say_next(f"infotraj check {' '.join(written)}")
     if report["rejected"] and not (skip_rejected and report["flights"]):
         sys.exit(InputError.exit_status)
 

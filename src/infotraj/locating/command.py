@@ -21,6 +21,7 @@ from infotraj.options import (
     recording_option,
     reference_option,
     say,
+    say_next,
     seed_option,
     verbose_option,
     window_option,
@@ -121,4 +122,4 @@ def locate_command(
     show(summary.as_text(located, verbose=verbose, healthy=healthy))
     files.say_unmet(reading.accept, let_in.codes)
     beside_them = f" --reference {' '.join(healthy.paths)}" if healthy is not None else ""
-    say(quiet, f"next: infotraj diagnose {model} {' '.join(located.paths)}{beside_them}")
+    say_next(f"infotraj diagnose {model} {' '.join(located.paths)}{beside_them}")

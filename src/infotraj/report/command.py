@@ -107,7 +107,7 @@ def report_command(
     show(sentence(found))
     files.say_unmet(reading.accept, asked.flights.codes + [d.code for d in found.doubts])
     for line in lines(found, model, saved):
-        say(quiet, line)
+        click.echo(line, err=True)
 
 
 def _with_design(content: dict[str, Any], design: dict[str, Any] | None) -> dict[str, Any]:

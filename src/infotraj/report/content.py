@@ -16,7 +16,7 @@ from infotraj.comparing.equation_error import AXES
 from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.report import summary
 from infotraj.diagnosis.report.asking import Asked
-from infotraj.diagnosis.report.following import as_read, flight_command, next_command, sources
+from infotraj.diagnosis.report.following import OTHERS, as_read, compares, flight_command, next_command, sources
 from infotraj.diagnosis.report.steps import called, said
 from infotraj.effects import catalogue
 from infotraj.flight import sha256
@@ -128,7 +128,7 @@ def _next(asked: Asked, found: Diagnosis, saved: Path | None) -> list[dict[str, 
     rows = []
     if (found.supported or found.beside) and found.healthy is None:
         new = "Write the model with what is named" if found.supported else "Write the model with the file corrected"
-        why = new if saved is None else "Compare the new model with the one as given"
+        why = f"Compare the new model with the one as given ({OTHERS})" if compares(found, saved) else new
         rows.append((why, next_command(found, model, saved)))
     rows.append(("Look at where it fails", f"infotraj locate {model} {named}{as_read(found.command_steps)}"))
     flight = flight_command(found, model)

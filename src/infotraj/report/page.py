@@ -11,7 +11,7 @@ from typing import Any
 
 from jinja2 import Environment, FunctionLoader, StrictUndefined
 
-from infotraj.diagnosis.report.reasons import why
+from infotraj.diagnosis.report.reasons import about_takes, why
 from infotraj.errors import InfotrajError, problem
 from infotraj.report.bars import gains, panel, whole_gain
 from infotraj.report.figures import figures, javascript
@@ -60,6 +60,7 @@ def page(content: dict[str, Any]) -> str:
         corrects=content["answer"].get("corrected", []),
         quiet=[r for r in rows if r["verdict"] not in (*_CONFIDENT, "Plausible")],
         marks=_MARKS,
+        takes=about_takes([r["reason"] for r in rows if r["verdict"] in (*_CONFIDENT, "Plausible")]),
         gains=each,
         acts={name: gain for gain in each for name in gain["names"]},
         together=whole_gain(content),

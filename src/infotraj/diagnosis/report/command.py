@@ -22,6 +22,7 @@ from infotraj.options import (
     reference_option,
     save_model_option,
     say,
+    say_next,
     seconds_option,
     seed_option,
     verbose_option,
@@ -117,7 +118,7 @@ def diagnose_command(
         for line in found.search.trail:
             click.echo(line, err=True)
     for line in following.lines(found, model, save_model):
-        say(quiet, line)
+        click.echo(line, err=True)
 
 
 @click.command("add")
@@ -158,7 +159,7 @@ def add_command(
     from infotraj.comparing import files
     from infotraj.diagnosis.adding import add
     from infotraj.diagnosis.report.asking import usable
-    from infotraj.diagnosis.report.following import as_read
+    from infotraj.diagnosis.report.following import OTHERS, as_read
     from infotraj.diagnosis.report.saving import refuse_overwriting, save_added
     from infotraj.models.file import read_model
 
@@ -178,7 +179,8 @@ def add_command(
         click.echo(f"{label}: {how}; {output} says so, too", err=True)
     files.say_unmet(reading.accept, let_in.codes)
     named = " ".join(map(str, flights))
-    say(quiet, f"next: infotraj compare {output} {named} --against {model}{as_read(made.command_steps)}")
+    say_next(f"infotraj compare {output} {named} --against {model}{as_read(made.command_steps)}")
+    click.echo(OTHERS, err=True)
 
 
 @click.command("history")
@@ -195,4 +197,4 @@ def history_command(model: Path, json_file: Path | None, quiet: bool) -> None:
 
         files.write_json(as_dict(chain), json_file)
     show(as_text(chain))
-    say(quiet, f"next: infotraj diagnose {model} FLIGHT...")
+    say_next(f"infotraj diagnose {model} FLIGHT...")

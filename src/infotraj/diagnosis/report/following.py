@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
 from infotraj.diagnosis.diagnosis import Diagnosis
 
 
@@ -12,11 +14,38 @@ def as_read(steps: int) -> str:
     return f" --command-steps {steps}" if steps > 1 else ""
 
 
+_DIGITS = 5e-4  # of a number: less is not seen in the table
+_WHY_OTHERWISE = "there they are fitted beside the file's own errors, here beside the file as it is"
+OTHERS = "these flights were fitted; others in their place are the real test"
+
+
 def lines(found: Diagnosis, model: Path, saved: Path | None) -> list[str]:
     """What to do next, a line each. saved: where the new model was written, if it was."""
     flight = flight_command(found, model)
     tells = [] if flight is None else [f"what these flights cannot tell: {flight}"]
-    return [f"next: {next_command(found, model, saved)}", *tells]
+    others = [OTHERS] if compares(found, saved) else []
+    apart = written_otherwise(found) if saved is not None else []
+    fitted = [f"{saved} has other numbers than the table for {', '.join(apart)}: {_WHY_OTHERWISE}"] if apart else []
+    return [*fitted, f"next: {next_command(found, model, saved)}", *others, *tells]
+
+
+def written_otherwise(found: Diagnosis) -> list[str]:
+    """Names of effects that the new model has with other numbers than their findings, to the digits that are told."""
+    said = {f.name: [f.parameters, *f.instances] for f in found.findings if f.parameters}
+    apart = []
+    for effect in found.model.effects:
+        own = effect.values
+        if effect.name in said and not any(
+            all(np.allclose(own[k], v, rtol=_DIGITS, atol=0.0) for k, v in numbers.items() if v is not None)
+            for numbers in said[effect.name]
+        ):
+            apart.append(effect.name)
+    return list(dict.fromkeys(apart))
+
+
+def compares(found: Diagnosis, saved: Path | None) -> bool:
+    """Whether the command that comes next compares the new model with the one as given, on the flights of the fit."""
+    return saved is not None and bool(found.supported or found.beside) and found.healthy is None
 
 
 def next_command(found: Diagnosis, model: Path, saved: Path | None) -> str:

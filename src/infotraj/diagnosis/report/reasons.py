@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+
+_TAKES = "of the error off flights that were not fitted"
 
 
 def why(refused: Mapping[str, str]) -> list[tuple[str, list[str]]]:
@@ -12,3 +14,11 @@ def why(refused: Mapping[str, str]) -> list[tuple[str, list[str]]]:
     for axis, reason in refused.items():
         ends.setdefault(reason.split(": ", 1)[-1], []).append(axis)
     return [(refused[axes[0]] if len({refused[a] for a in axes}) == 1 else end, axes) for end, axes in ends.items()]
+
+
+def about_takes(reasons: Iterable[str | None]) -> list[str]:
+    """What `change` and the share that a reason says an effect takes are of, where one says so: they are two errors."""
+    said = any(_TAKES in (reason or "") for reason in reasons)
+    return [
+        "change is of the squared error in units of its noise; what an effect takes is of the error itself (RMS)"
+    ] * said

@@ -82,8 +82,8 @@ def floors(found: Diagnosis) -> Array:
 
     Where noise is not white, a floor is what changes fast and is not explained: it depends on the model.
     """
-    how = {"start": found.start, "stop": found.stop}
-    return np.array([equation_error(found.model, s.flight, **how).floor for s in found.samples])
+    flights = [s.flight for s in found.samples]
+    return np.array([equation_error(found.model, f, start=found.start, stop=found.stop).floor for f in flights])
 
 
 def supported_labels(found: Diagnosis) -> list[str]:

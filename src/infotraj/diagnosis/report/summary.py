@@ -10,7 +10,8 @@ from infotraj.checking.acceptance import accepted_in, accepted_lines
 from infotraj.comparing.equation_error import AXES
 from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.judge.verdicts import Finding
-from infotraj.diagnosis.report.reasons import why
+from infotraj.diagnosis.report.reasons import about_takes, why
+from infotraj.diagnosis.report.vehicle_file import ONE_FINDING, by_ratio
 from infotraj.effects import Effect
 from infotraj.rotations import Array
 
@@ -54,8 +55,9 @@ def as_dict(found: Diagnosis) -> dict[str, Any]:
                 "standard_error": _number(n.standard_error),
                 "ordinary": n.ordinary,
                 "unit": n.unit,
+                "of_ratio": part,
             }
-            for n in found.file
+            for n, part in by_ratio(found.file)
         ],
         "stays": stays(found),
         "refused": {d.about: d.reason for d in found.doubts if d.counts},
@@ -156,6 +158,8 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
             names = [f.name for f in rows if f.verdict == verdict]
             if names:
                 lines.append(f"{verdict}: {', '.join(names)}")
+    shown = [f for f in rows if verbose or f.verdict not in ("Not needed", "Not testable here")]
+    lines += about_takes([f.reason for f in shown])
     lines.append("")
     unit = {"f": "N" if found.model.vehicle.mass else "m/s^2", "t": "N m" if found.model.vehicle.inertia else "rad/s^2"}
     lines.append(f"{'error':<10}{'before':>11}{'after':>11}{'floor':>11}")
@@ -167,13 +171,14 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
         lines.append("after: the new model, fitted to all of these flights; floor: that of the new model")
     if found.file:
         lines.append("your vehicle file, as these flights have it:")
-        for n in found.file:
+        for n, part in by_ratio(found.file):
             number = f"{_short(n.value)} +- {_short(n.standard_error)}{f' {n.unit}' if n.unit else ''}"
-            number += f", not {_short(n.declared)}"
-            lines.append(f"  {n.name}: {number}" + ("" if n.ordinary else "; out of line with the rest of the file"))
+            number += f", not {_short(n.declared)}" + ("" if n.ordinary else "; out of line with the rest of the file")
+            lines.append(f"    {n.name}: {number} ({ONE_FINDING})" if part else f"  {n.name}: {number}")
     for effect, has, deviations in _corrected(found):
         numbers = " ".join(f"{k}={_plus_minus(v, deviations.get(k))}" for k, v in has.items())
-        lines.append(f"in the model beside what is named: {effect.name} {numbers}, which corrects the file")
+        beside = ", beside what is named" if found.supported else "; nothing is named"
+        lines.append(f"the new model corrects the file{beside}: {effect.name} {numbers}")
     explained = {s.axis for s in found.unexplained.axes}
     for axis, error in stays(found).items():
         if axis not in explained and "v" + axis[1] not in explained:

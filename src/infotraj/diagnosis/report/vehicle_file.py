@@ -1,0 +1,20 @@
+"""The numbers of the vehicle file in the order in which they are told: what is one finding stands together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from infotraj.diagnosis.judge.numbers import THRUST_OVER_MASS, FileNumber
+
+ONE_FINDING = "one finding with the ratio above"
+
+
+def by_ratio(file: Sequence[FileNumber]) -> list[tuple[FileNumber, bool]]:
+    """Each number, and whether it is a part of the ratio above it: thrust over mass, then mass and thrust coefficients.
+
+    Accelerations tell the ratio; a mass that is off beside it is the same error told again.
+    """
+    ratio = [n for n in file if n.name == THRUST_OVER_MASS]
+    parts = [n for n in file if ratio and (n.name == "mass" or n.name.endswith("thrust_coefficient"))]
+    others = [n for n in file if n not in ratio and n not in parts]
+    return [(n, n in parts) for n in (*ratio, *parts, *others)]

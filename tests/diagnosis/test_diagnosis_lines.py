@@ -1,0 +1,88 @@
+"""The lines around an answer: what comes next, why a saved model has other numbers, what is one finding."""
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from infotraj.diagnosis.judge.numbers import THRUST_OVER_MASS, FileNumber
+from infotraj.diagnosis.report.following import OTHERS, lines, written_otherwise
+from infotraj.diagnosis.report.reasons import about_takes
+from infotraj.diagnosis.report.vehicle_file import by_ratio
+from infotraj.report.again import read_content
+from infotraj.report.page import page
+
+MODEL, SAVED = Path("a.yaml"), Path("new.yaml")
+
+
+def diagnosis(told, written, instances=()):
+    """A diagnosis that names a drag with numbers `told`, and whose model has `written`."""
+    finding = SimpleNamespace(
+        name="linear_drag", verdict="Supported", group=("linear_drag",), parameters=told, instances=instances
+    )
+    effects = [SimpleNamespace(name="linear_drag", values=w) for w in written]
+    flight = SimpleNamespace(meta={"source": "f.parquet"})
+    return SimpleNamespace(
+        findings=(finding,), model=SimpleNamespace(effects=effects), supported=("linear_drag",), beside=(),
+        healthy=None, command_steps=1, judged=True, samples=[SimpleNamespace(flight=flight)],
+    )  # fmt: skip
+
+
+def test_a_saved_model_with_other_numbers_says_why_in_one_line():
+    same, other = (diagnosis({"d": [0.1, 0.2, 0.0]}, [{"d": [x, 0.2, 0.0]}]) for x in (0.1, 0.11))
+    assert written_otherwise(same) == []
+    assert written_otherwise(other) == ["linear_drag"]
+    assert lines(same, MODEL, SAVED)[0].startswith("next: ")
+    first, following, *_ = lines(other, MODEL, SAVED)
+    assert first.startswith("new.yaml has other numbers than the table for linear_drag: there they are fitted beside")
+    assert following.startswith("next: ")
+    assert lines(other, MODEL, None)[0].startswith("next: ")
+
+
+def test_each_rotor_of_a_saved_model_is_held_against_its_own_numbers():
+    rotors = ({"rotor": 3, "factor": 0.8}, {"rotor": 1, "factor": 0.9})
+    assert written_otherwise(diagnosis(rotors[0], rotors, rotors)) == []
+    assert written_otherwise(diagnosis(rotors[0], [rotors[0], {"rotor": 1, "factor": 0.7}], rotors)) == ["linear_drag"]
+
+
+def test_a_comparison_on_the_fitted_flights_says_that_others_are_the_test():
+    found = diagnosis({"d": 0.1}, [{"d": 0.1}])
+    assert lines(found, MODEL, SAVED) == ["next: infotraj compare new.yaml f.parquet --against a.yaml", OTHERS]
+    assert OTHERS not in lines(found, MODEL, None)
+
+
+@pytest.fixture
+def file():
+    names = ["inertia.xx", THRUST_OVER_MASS, "rotor_0.thrust_coefficient", "mass"]
+    return [FileNumber(name, 1.0, 1.1, 0.01, True) for name in names]
+
+
+def test_thrust_over_mass_and_its_parts_are_one_finding(file):
+    said = [(n.name, part) for n, part in by_ratio(file)]
+    parts = [("rotor_0.thrust_coefficient", True), ("mass", True)]
+    assert said == [(THRUST_OVER_MASS, False), *parts, ("inertia.xx", False)]
+    # A mass that is off by itself is a finding of its own.
+    assert [part for _, part in by_ratio([file[0], file[3]])] == [False, False]
+
+
+def test_the_page_puts_the_parts_of_the_ratio_under_it(file, quad_report):
+    content = json.loads(json.dumps(read_content(quad_report / "report.json")))
+    content["answer"]["file"] = [
+        {"name": n.name, "declared": 1.0, "value": 1.1, "standard_error": 0.01, "ordinary": True, "of_ratio": part}
+        for n, part in by_ratio(file)
+    ]
+    assert page(content).count("one finding with the ratio above") == 2
+
+
+def test_a_share_that_an_effect_takes_is_told_from_its_change(quad_report):
+    reason = "it takes 0% of the error off flights that were not fitted"
+    (line,) = about_takes([None, reason])
+    assert "change is of" in line
+    assert "takes is of" in line
+    assert about_takes([None, "60 % probable"]) == []
+    content = json.loads(json.dumps(read_content(quad_report / "report.json")))
+    assert "Held-out change is of" not in page(content)
+    row = next(r for r in content["answer"]["effects"] if r["name"] == "time_offset")
+    row |= {"verdict": "Plausible", "reason": reason}
+    assert page(content).count("Held-out change is of") == 1
