@@ -16,7 +16,7 @@ from infotraj.locating.command import locate_command
 from infotraj.locating.locating import locate
 from infotraj.locating.regions import region
 from infotraj.locating.search import Draws, Ranges, describe, shuffled
-from infotraj.locating.sentences import place_sentence
+from infotraj.locating.sentences import place_lines, place_sentence
 from infotraj.models import load_model
 
 VEHICLES = Path(__file__).parents[2] / "config" / "vehicles"
@@ -58,7 +58,7 @@ def test_a_sentence_says_where_how_much_and_against_which_floor():
     lateral = next(p for p in found.places if p.axis == "fx")
     assert lateral.quantity.name == "forward speed"
     sentence = place_sentence(lateral)
-    for part in ("fx error", "times the rest (95 % interval", "m/s", "of the samples hold", "floor of", "follows"):
+    for part in ("fx error", "times the rest (", ", 95 %) where", "m/s", "of the samples hold", "floor", "follows"):
         assert part in sentence
     slope = np.polyfit(*lateral.trend, 1)[0]
     assert slope == pytest.approx(-0.1, rel=0.1)
@@ -74,16 +74,23 @@ def test_numbers_of_a_place_hold_the_mean_and_say_what_was_taken_out():
     found = locate(model, [pushed])
     place = next(p for p in found.places if p.axis == "fx")
     sentence = place_sentence(place)
-    said = re.search(r"beside its mean of (\S+) N,.* with the mean (\S+) at (\S+), (\S+) N at (\S+) m/s", sentence)
-    mean, first, slow, last, fast = map(float, said.groups())
+    said = re.search(r"with its mean it follows .*: (\S+) N at (\S+) m/s, (\S+) N at (\S+) m/s", sentence)
+    first, slow, last, fast = map(float, said.groups())
+    mean = float(re.search(r"taken off before: its mean of (\S+) N$", sentence)[1])
     assert mean == pytest.approx(place.mean, rel=0.01)
     assert (first, last) == pytest.approx((constant - 0.1 * slow, constant - 0.1 * fast), abs=0.02)
-    assert "of this squared error" in sentence
-    assert "beside" not in place_sentence(replace(place, mean=0.1 * place.floor))
+    small = place_sentence(replace(place, mean=0.1 * place.floor))
+    assert "taken off" not in small
+    assert "with its mean" not in small
     second = place_sentence(replace(place, taken=("height",)))
-    assert f"beside its mean of {mean:+.3g} N and what follows the height" in second
-    assert "with the mean" not in second
-    assert "of all its squared error" in summary.as_text(found)
+    assert second.endswith(f"taken off before: its mean of {mean:+.3g} N and what follows the height")
+    assert "with its mean" not in second
+    text = summary.as_text(found)
+    assert "of all its squared error" in text
+    # What a stranger reads once: short lines, and what is off every axis said at their head.
+    assert "worst first, each axis beside its mean:" in text
+    assert max(map(len, text.splitlines())) <= 110
+    assert "taken off before: what follows the height" in place_lines(replace(place, taken=("height",)))
 
 
 def test_the_same_seed_gives_the_same_answer():

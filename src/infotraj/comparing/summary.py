@@ -252,6 +252,6 @@ def remarks(overall: Statistics, errors: Sequence[EquationError]) -> Iterable[st
         )
     if overall.worse_than_none:
         yield (
-            f"{', '.join(overall.worse_than_none)}: the prediction is worse than none; the recorded inputs do "
-            "not explain what was measured, and errors there say more of the log than of the model"
+            f"{', '.join(overall.worse_than_none)}: the prediction is worse than none; "
+            "errors there say more of the log than of the model"
         )

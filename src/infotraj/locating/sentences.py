@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from infotraj.locating.healthy import Usual
@@ -17,44 +19,48 @@ _FOLLOWS = 0.1  # share of the squared error that must follow a quantity for the
 
 
 def place_sentence(place: Place) -> str:
-    """One place: where, how much worse than the rest, how much of the error, the interval, the floor, the trend."""
-    parts = []
-    at, taken_out = place.region, _taken_out(place)
-    error = f"{place.axis} error{f', beside {taken_out},' if taken_out else ''}"
-    of = f"{'this' if taken_out else 'the'} squared error"
+    """One place: where, how much worse than the rest, how much of the error, the floor, the trend, what is off it."""
+    return "; ".join([*_found(place), *_taken_off(place)])
+
+
+def place_lines(place: Place) -> list[str]:
+    """The same in lines that are short to read, beside the axis's mean, which they do not say."""
+    return [*_found(place), *_taken_off(replace(place, mean=0.0))]
+
+
+def _found(place: Place) -> list[str]:
+    lines = []
+    at, error = place.region, f"{place.axis} error"
     if at is not None and at.low > 1.0:
-        parts.append(
-            f"{error} is {times(at.ratio)} times the rest (95 % interval {times(at.low)} to "
-            f"{times(at.high)}) when {where(place)}: {100 * at.samples:.0f} % of the samples hold "
-            f"{100 * at.squares:.0f} % of {of}, "
-            f"RMS {at.inside:.3g} {place.unit} against a floor of {place.floor:.2g}"
-        )
+        ratio = f"{error} is {times(at.ratio)} times the rest ({times(at.low)} to {times(at.high)}, 95 %)"
+        lines += [
+            *([f"{ratio} {where(place)}"] if place.other is None else [ratio, where(place)]),
+            f"{100 * at.samples:.0f} % of the samples hold {100 * at.squares:.0f} % of its squared error: "
+            f"RMS {at.inside:.3g} {place.unit}, floor {place.floor:.2g}",
+        ]
     if place.other is None and place.explained > _FOLLOWS:
-        low, high = place.trend[0][0], place.trend[0][-1]
-        first, last = place.trend[1][0], place.trend[1][-1]
-        start = "it" if parts else error
-        whole = ""
-        if not place.taken:
-            first, last = first + place.mean, last + place.mean
-            whole = "with the mean " if taken_out else ""
-        parts.append(
-            f"{start} follows the {place.quantity.name} ({100 * place.explained:.0f} % of {of}): "
-            f"{whole}{signed(first)} at {low:.3g}, {signed(last)} {place.unit} at {high:.3g} {place.quantity.unit}"
-            + ("" if parts else f"; floor {place.floor:.2g} {place.unit}")
+        whole = 0.0 if place.taken else place.mean
+        of_all = "with its mean " if whole and matters(whole, place.floor) else ""
+        it = f"{of_all}it" if lines else f"{error} {of_all}".rstrip()
+        low, high = (
+            f"{signed(height + whole)} {place.unit} at {x:.3g} {place.quantity.unit}"
+            for x, height in zip(*(ends[[0, -1]] for ends in place.trend), strict=True)
         )
-    if not parts:
-        parts.append(f"{error} changes its spread with the {place.quantity.name}; floor {place.floor:.2g}")
+        floor = "" if lines else f"; floor {place.floor:.2g}"
+        lines.append(f"{it} follows the {place.quantity.name}: {low}, {high}{floor}")
+    if not lines:
+        lines.append(f"{error} changes its spread with the {place.quantity.name}; floor {place.floor:.2g}")
     if place.alike:
-        parts.append(f"these flights hardly tell it from: {', '.join(place.alike)}")
-    return "; ".join(parts)
+        lines.append(f"these flights hardly tell it from: {', '.join(place.alike)}")
+    return lines
 
 
-def _taken_out(place: Place) -> str:
+def _taken_off(place: Place) -> list[str]:
     """What the numbers of a place are beside: a mean that matters, and what was found on the axis before it."""
     parts = [f"its mean of {signed(place.mean)} {place.unit}"] if matters(place.mean, place.floor) else []
     if place.taken:
         parts.append(f"what follows the {' and the '.join(place.taken)}")
-    return " and ".join(parts)
+    return [f"taken off before: {' and '.join(parts)}"] if parts else []
 
 
 def healthy_sentence(place: Place, usual: Usual) -> str:
@@ -83,27 +89,26 @@ def where(place: Place) -> str:
     """The condition in words."""
     if place.other is not None and place.cell is not None:
         spans = [
-            f"the {q.name} is between {low:.3g} and {high:.3g} {q.unit}"
+            f"{q.name} {low:.3g} to {high:.3g} {q.unit}"
             for q, (low, high) in zip((place.quantity, place.other), place.cell, strict=True)
         ]
-        return " and ".join(spans)
+        return f"at {' and '.join(spans)}"
     assert place.region is not None  # a place is a region, or a cell of two quantities
-    return condition(place.quantity, place.region)
+    return f"where {condition(place.quantity, place.region)}"
 
 
 def condition(quantity: Quantity, at: Region) -> str:
     """One side of a threshold in words."""
     if at.side == "beyond":
-        return f"the {quantity.name} is beyond {at.threshold:.3g} {quantity.unit} either way"
+        return f"the {quantity.name} is beyond ±{at.threshold:.3g} {quantity.unit}"
     return f"the {quantity.name} is {at.side} {at.threshold:.3g} {quantity.unit}"
 
 
 def window_sentence(window: TimeWindow, name: str) -> str:
     """One window in time."""
     return (
-        f"{name}: {window.axis} error is {times(window.ratio)} times the rest of the flight from {window.start:.1f} to "
-        f"{window.stop:.1f} s ({window.over_floor:.1f} times the floor; "
-        f"{100 * window.share:.0f} % of the squared error)"
+        f"{name}, {window.start:.1f} to {window.stop:.1f} s: {window.axis} error is {times(window.ratio)} times "
+        f"the rest of the flight, {times(window.over_floor)} times the floor"
     )
 
 
@@ -120,9 +125,8 @@ def lag_sentence(lags: Lags) -> str:
     """What a shift in time would explain."""
     word = "later" if lags.delay > 0 else "earlier"
     return (
-        f"{lags.axis}: the measurement comes {1e3 * abs(lags.delay):.0f} +- {1e3 * lags.standard_error:.0f} ms "
-        f"{word} than the prediction, which would explain {100 * lags.share:.0f} % of the squared error: "
-        "a delay or a lag"
+        f"{lags.axis} comes {1e3 * abs(lags.delay):.0f} +- {1e3 * lags.standard_error:.0f} ms {word} than predicted: "
+        f"a delay or lag would explain {100 * lags.share:.0f} % of its squared error"
     )
 
 

@@ -86,10 +86,10 @@ def as_text(located: Located, *, verbose: bool = False, healthy: Beside | None =
     together = healthy.pairs if healthy is not None else (None,) * len(located.pairs)
     lines = []
     if located.places:
-        lines.append("where it fails, worst first:")
+        lines.append("where it fails, worst first, each axis beside its mean:")
         shown = located.places if verbose else located.places[:MOST]
         for k, (p, u) in enumerate(zip(shown, usual, strict=False)):
-            lines.append(f"  {k + 1}. {sentences.place_sentence(p)}{_beside(p, u)}")
+            lines.append(f"  {k + 1}. {_below(sentences.place_lines(p))}{_beside(p, u)}")
         if len(shown) < len(located.places):
             lines.append(f"  and {len(located.places) - len(shown)} more (-v)")
     else:
@@ -97,7 +97,7 @@ def as_text(located: Located, *, verbose: bool = False, healthy: Beside | None =
             "no place: nothing in state, input or time holds more of the error than chance and the floor allow"
         )
     for pair, u in list(zip(located.pairs, together, strict=True))[: None if verbose else 2]:
-        lines.append(f"  together: {sentences.place_sentence(pair)}{_beside(pair, u)}")
+        lines.append(f"  together: {_below(sentences.place_lines(pair))}{_beside(pair, u)}")
     if located.offsets:
         lines.append("everywhere:")
         unit = located.errors[0].unit
@@ -140,6 +140,10 @@ def as_text(located: Located, *, verbose: bool = False, healthy: Beside | None =
 def _times(s) -> Array:
     with np.errstate(invalid="ignore", divide="ignore"):
         return s.rmse / s.floor
+
+
+def _below(lines: list[str]) -> str:
+    return "\n     ".join(lines)
 
 
 def _beside(place: Place, usual: Usual | None) -> str:
