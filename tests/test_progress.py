@@ -70,6 +70,55 @@ def test_what_nobody_can_tell_the_length_of_says_how_long_it_has_run(terminal, m
     assert not [t for t in threading.enumerate() if "_so_far" in t.name]
 
 
+def test_one_long_item_says_how_long_it_has_run(terminal, monkeypatch):
+    """A single flight of an hour is no reason for silence."""
+    monkeypatch.setattr(module, "_EVERY", 0.001)
+    for _ in progress(range(1), "preparing flight"):
+        terminal.now += 12.0
+        wait_for(lambda: "preparing flight 1 of 1, 12 s so far" in terminal.said())
+    assert terminal.said().endswith("\r")
+
+
+def test_the_time_left_counts_down_while_an_item_takes_longer(terminal, monkeypatch):
+    monkeypatch.setattr(module, "_EVERY", 0.001)
+    for k in progress(range(3), "check"):
+        terminal.now += 10.0
+        if k == 1:
+            wait_for(lambda: "check 2 of 3, 10 s left" in terminal.said())
+            terminal.now += 60.0
+            wait_for(lambda: "check 2 of 3, 0 s left" in terminal.said())
+
+
+def test_alike_steps_tell_the_time_left(terminal, monkeypatch):
+    monkeypatch.setattr(module, "_EVERY", 0.001)
+    with waiting("checking"):
+        module.step(1, 3, "a.csv", alike=True)
+        terminal.now = 10.0
+        wait_for(lambda: "checking: 1 of 3, a.csv, 10 s so far" in terminal.said())
+        module.step(2, 3, "b.csv", alike=True)
+        wait_for(lambda: "checking: 2 of 3, b.csv, 20 s left" in terminal.said())
+
+
+def test_of_two_lines_the_inner_one_is_seen(terminal, monkeypatch):
+    monkeypatch.setattr(module, "_EVERY", 0.001)
+    with waiting("searching"):
+        for _ in progress(range(1), "computing"):
+            terminal.now += 5.0
+            before = len(terminal.said())
+            wait_for(lambda: "computing 1 of 1, 5 s so far" in terminal.said())
+            time.sleep(0.02)
+            assert "searching" not in terminal.said()[before:]
+        wait_for(lambda: "searching, 5 s so far" in terminal.said())
+
+
+def test_what_is_printed_meanwhile_has_a_line_of_its_own(terminal):
+    for k in progress(range(3), "check"):
+        terminal.now += 3.0
+        if k == 1:
+            module.interrupted()
+            assert terminal.said().endswith(" \r")
+
+
 def wait_for(what, longest=5.0):
     begun = time.monotonic()
     while not what():

@@ -6,8 +6,9 @@ from __future__ import annotations
 import sys
 import threading
 import time
-from collections.abc import Iterable, Iterator, Sized
+from collections.abc import Callable, Iterable, Iterator, Sized
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import TypeVar
 
 import click
@@ -16,66 +17,122 @@ T = TypeVar("T")
 _QUICK = 2.0  # s: what is done by then says nothing
 _EVERY = 1.0  # s
 _WIDTH = 79
-_step: list[str] = []  # at which step what is waited for says it is
+
+
+@dataclass(frozen=True)
+class _Step:
+    """At which step what is waited for says it is; alike: all take about as long; since: s, when the first began."""
+
+    number: int
+    of: int
+    words: str
+    alike: bool
+    since: float
+
+
+_step: list[_Step] = []  # one at most
+_shown: list[object] = []  # lines that are under way; the last one is seen
+_writing = threading.Lock()
 
 
 def progress(items: Iterable[T], label: str) -> Iterator[T]:
     """The items, one after another. On standard error, where that is a terminal: `label 3 of 12, 40 s left`.
 
     The line is written over itself and gone at the end; there is none under `-q`, and nothing in a pipe or a file.
+    Until the first item is done it says for how long it has run.
     """
     if not isinstance(items, Sized) or not _heard():
         yield from items
         return
-    begun, shown = time.monotonic(), False
-    try:
-        for done, item in enumerate(items):
-            passed = time.monotonic() - begun
-            if done and passed > _QUICK:
-                left = passed / done * (len(items) - done)
-                _over(f"{label} {done + 1} of {len(items)}, {_words(left)} left")
-                shown = True
+    begun = at = time.monotonic()
+    done, count = 0, len(items)
+
+    def line() -> str:
+        if not done:
+            return f"{label} 1 of {count}, {_words(time.monotonic() - begun)} so far"
+        return f"{label} {done + 1} of {count}, {_words(_left(begun, at, done, count))} left"
+
+    with _telling(line, begun) as tell:
+        for item in items:
+            if done:
+                tell()
             yield item
-    finally:
-        if shown:
-            _cleared()
+            done, at = done + 1, time.monotonic()
 
 
 @contextmanager
 def waiting(label: str) -> Iterator[None]:
     """While something runs whose length nobody can tell beforehand: `label, 12 s so far`, under the same rules.
 
-    With what it says of itself by `step`: `label: 2 of 4, searching, 12 s so far`.
+    With what it says of itself by `step`: `label: 2 of 4, searching, 12 s so far`, or how long it will take where its
+    steps are alike.
     """
     if not _heard():
         yield
         return
     _step.clear()
-    begun, ended = time.monotonic(), threading.Event()
-    thread = threading.Thread(target=_so_far, args=(label, begun, ended), daemon=True)
-    thread.start()
+    begun = time.monotonic()
+
+    def line() -> str:
+        passed = f"{_words(time.monotonic() - begun)} so far"
+        if not _step:
+            return f"{label}, {passed}"
+        at = _step[0]
+        if at.alike and at.number > 1:
+            passed = f"{_words(_left(begun, at.since, at.number - 1, at.of))} left"
+        return f"{label}: {at.number} of {at.of}, {at.words}, {passed}"
+
     try:
-        yield
+        with _telling(line, begun):
+            yield
     finally:
-        ended.set()
-        thread.join()
         _step.clear()
 
 
-def step(number: int, of: int, words: str) -> None:
-    """Says at which of its steps a long computation is, for whoever waits for it."""
-    _step[:] = [f"{number} of {of}, {words}"]
+def step(number: int, of: int, words: str, *, alike: bool = False) -> None:
+    """Says at which of its steps a long computation is, for whoever waits for it; alike: all take about as long."""
+    _step[:] = [_Step(number, of, words, alike, time.monotonic())]
 
 
-def _so_far(label: str, begun: float, ended: threading.Event) -> None:
-    shown = False
-    while not ended.wait(_EVERY):
-        passed = time.monotonic() - begun
-        if passed > _QUICK:
-            _over(f"{': '.join([label, *_step])}, {_words(passed)} so far")
-            shown = True
-    if shown:
-        _cleared()
+def interrupted() -> None:
+    """Takes the line away, for something that is printed while it is under way."""
+    if _shown and _heard():
+        with _writing:
+            _cleared()
+
+
+def _left(begun: float, at: float, done: int, count: int) -> float:
+    """Seconds until all are done, where `done` were at `at` and the others take as long."""
+    return max((at - begun) / done * (count - done) - (time.monotonic() - at), 0.0)
+
+
+@contextmanager
+def _telling(line: Callable[[], str], begun: float) -> Iterator[Callable[[], None]]:
+    """Writes the line each second, and when it is told to, while it is the last of those under way."""
+    own, ended, written = object(), threading.Event(), False
+
+    def tell() -> None:
+        nonlocal written
+        with _writing:
+            if not ended.is_set() and _shown[-1:] == [own] and time.monotonic() - begun > _QUICK:
+                _over(line())
+                written = True
+
+    def each_second() -> None:
+        while not ended.wait(_EVERY):
+            tell()
+
+    _shown.append(own)
+    thread = threading.Thread(target=each_second, name="_so_far", daemon=True)
+    thread.start()
+    try:
+        yield tell
+    finally:
+        ended.set()
+        thread.join()
+        _shown.remove(own)
+        if written:
+            _cleared()
 
 
 def _heard() -> bool:

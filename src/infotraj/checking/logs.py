@@ -60,7 +60,7 @@ def check_logs(
     keys: list[Hashable] = []
     copies: dict[int, tuple[Finding, Flight]] = {}
     for number, path in enumerate(map(Path, paths), 1):
-        step(number, len(paths), path.name)
+        step(number, len(paths), path.name, alike=True)
         digest = sha256(path) if path.is_file() else str(path.resolve())
         keys.append(str(path))
         if digest in bytes_seen and "copy" not in accept:

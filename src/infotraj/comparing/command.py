@@ -133,7 +133,8 @@ def compare_command(
         from infotraj.recording.wrench import record_comparison
 
         k = worst_flight(comparison.models[0].errors)
-        record_comparison(recording, used[k], comparison.models[0].model, comparison.models[0].errors[k])
+        with waiting("recording"):
+            record_comparison(recording, used[k], comparison.models[0].model, comparison.models[0].errors[k])
         say(quiet, f"{recording}: {comparison.paths[k]}")
     show(summary.as_text(comparison, verbose=verbose))
     if healthy is not None:

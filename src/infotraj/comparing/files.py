@@ -21,7 +21,7 @@ from infotraj.checking.whole import Check
 from infotraj.errors import InfotrajError, InputError, UsageError, problem
 from infotraj.flight import Flight, read_flight, stepped
 from infotraj.options import Reading
-from infotraj.progress import progress
+from infotraj.progress import interrupted, progress
 from infotraj.vehicle import Vehicle
 
 T = TypeVar("T")
@@ -83,6 +83,7 @@ def _named(error: InputError, among: int) -> int:
     """A line for one of several flights; where there is no other, its error is that of the command."""
     if among == 1:
         raise error
+    interrupted()
     click.echo(f"rejected: {error}", err=True)
     return 1
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from infotraj.datasets.location import VARIABLE
 from infotraj.errors import InfotrajError, UsageError, problem
 from infotraj.flight import sha256
+from infotraj.progress import progress
 
 
 @dataclass(frozen=True)
@@ -108,7 +109,7 @@ def fetch(name: str, root: Path, address: str | None = None) -> tuple[Path, int]
     fetched = 0
     quiet = pooch.get_logger()
     quiet.setLevel("ERROR")
-    for entry in entries(name):
+    for entry in progress(entries(name), f"fetching {name}, file"):
         if present(entry, folder) is not None:
             continue
         url = f"{address or data_set.address}/{quote(entry.upstream_path)}"

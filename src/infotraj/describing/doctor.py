@@ -10,7 +10,7 @@ import click
 
 from infotraj.errors import InfotrajError, InputError
 from infotraj.options import accept_option, say_next
-from infotraj.progress import waiting
+from infotraj.progress import progress, waiting
 from infotraj.terminal import show
 
 if TYPE_CHECKING:
@@ -38,8 +38,8 @@ def doctor_command(model: Path, flights: tuple[Path, ...], accept: tuple[str, ..
     ready = []
     with waiting("checking"):
         checks = check_logs(flights, None, read.vehicle, accept=known(accept))
-    for check in checks:
-        stands, line = diagnosed(check, read, frozenset(known(accept)))
+    lines = [diagnosed(check, read, frozenset(known(accept))) for check in progress(checks, "preparing flight")]
+    for check, (stands, line) in zip(checks, lines, strict=True):
         if not stands:
             ready.append(check.source)
         if stands or not quiet:

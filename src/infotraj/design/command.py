@@ -146,7 +146,8 @@ def design_command(
         from infotraj.plots.design import design_figure
 
         paths = [figures / "design.pdf", figures / "design.png"]
-        design_figure(made.reference, made.flown.position if made.flown else None, made.inputs, made.limits, *paths)
+        with waiting("drawing"):
+            design_figure(made.reference, made.flown.position if made.flown else None, made.inputs, made.limits, *paths)
         for p in paths:
             say(quiet, str(p))
     show(report.as_text(made, str(output)))

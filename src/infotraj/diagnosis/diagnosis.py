@@ -176,7 +176,7 @@ def diagnose(
     refused = with_mixed(refused_axes(doubts), observation.samples)
     sideways = [a for a in AXES[:2] if "v" + a[1] in observation.ignored and a not in refused]
     refused = {**refused, **dict.fromkeys(sideways, "no attitude: the vehicle is taken as level")}
-    step(3, _STEPS, "judging what was found, and fitting the new model")
+    step(3, _STEPS, "judging, and fitting the new model")
     one, two = np.random.default_rng([seed, 0]), np.random.default_rng([seed, 1])
     left = unexplained(whole, matters, one) if search.known else Unexplained(False, ())
     asked = Asked(search, tuple(catalog), why_not, left, refused, matters, two)

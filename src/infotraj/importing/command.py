@@ -84,12 +84,13 @@ def import_command(
     chosen = load_mapping(mapping) if mapping is not None else None
     settings = parse_settings(changes)
     report: dict[str, Any] = {"infotraj": __version__, "flights": [], "rejected": []}
-    for log, target in zip(logs, targets, strict=True):
+    for number, (log, target) in enumerate(zip(logs, targets, strict=True), 1):
         own = settings
         try:
+            named = f"{log.name}, {number} of {len(logs)}" if len(logs) > 1 else log.name
             if fix:
                 own = _fixed(log, chosen, settings, start, stop, definitions, quiet)
-            with waiting(f"importing {log.name}"):
+            with waiting(f"importing {named}"):
                 read = read_streams(
                     log, chosen, definitions=definitions, allow_damaged=allow_damaged, settings=own, beside=beside
                 )
@@ -202,7 +203,8 @@ def _fixed(
     """The settings that mend the log, said line by line."""
     from infotraj.checking.mending import mend
 
-    mended = mend(log, chosen, settings, start, stop, definitions)
+    with waiting(f"mending {log.name}"):
+        mended = mend(log, chosen, settings, start, stop, definitions)
     if quiet:
         return mended.settings
     for setting, code, what in mended.changed:

@@ -102,7 +102,7 @@ def locate_command(
             least_excess=LEAST_EXCESS if least_excess is None else least_excess,
             **how,
         )
-    healthy = beside(located, loaded, usual, **how) if usual else None
+        healthy = beside(located, loaded, usual, **how) if usual else None
     if json_file is not None:
         files.write_json(summary.as_dict(located, healthy), json_file)
     if figures is not None:
@@ -117,7 +117,8 @@ def locate_command(
         from infotraj.recording.wrench import record_comparison
 
         k = worst_flight(located.errors)
-        record_comparison(recording, used[k], loaded, located.errors[k])
+        with waiting("recording"):
+            record_comparison(recording, used[k], loaded, located.errors[k])
         say(quiet, f"{recording}: {located.paths[k]}")
     show(summary.as_text(located, verbose=verbose, healthy=healthy))
     files.say_unmet(reading.accept, let_in.codes)

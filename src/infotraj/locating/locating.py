@@ -20,6 +20,7 @@ from infotraj.locating.samples import samples
 from infotraj.locating.tree import Leaf, leaves
 from infotraj.locating.windows import TimeWindow, worst_windows
 from infotraj.models import Model
+from infotraj.progress import progress
 
 
 @dataclass(frozen=True)
@@ -77,7 +78,8 @@ def locate(
     errors = tuple(
         equation_error(model, f, window=window, force_from=force_from, start=start, stop=stop) for f in flights
     )
-    found = tuple(find_places(s, rng, least_excess=least_excess) for s in samples(flights, model.vehicle, errors))
+    kinds = progress(list(samples(flights, model.vehicle, errors)), "searching, part")
+    found = tuple(find_places(s, rng, least_excess=least_excess) for s in kinds)
     overall = statistics(errors)
     worse = overall.worse_than_none
     places = sorted((p for f in found for p in f.places), key=lambda p: (p.axis in worse, -p.gain))

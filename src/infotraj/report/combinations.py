@@ -9,6 +9,7 @@ import numpy as np
 
 from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.report.steps import HeldOut, floors, held_out, supported_labels
+from infotraj.progress import progress
 from infotraj.rotations import Array
 
 MOST = 4  # boxes: every further one would double what the page holds
@@ -42,7 +43,7 @@ def combinations(found: Diagnosis, seed: int = 0) -> Combinations:
     """
     groups = boxes(supported_labels(found))
     made, low, high = [], [], []
-    for k in range(2 ** len(groups)):
+    for k in progress(range(2 ** len(groups)), "computing combination"):
         held = held_out(found, [x for bit, group in enumerate(groups) if k >> bit & 1 for x in group])
         around = held.interval(np.random.default_rng(seed))
         made.append(held)

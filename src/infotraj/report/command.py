@@ -98,7 +98,7 @@ def report_command(
     saved = save_model if save_model is not None and asked.save(found, save_model) else None
     say(quiet, "computing where it fails, and the error of every combination of effects")
     words = ["infotraj", "report", *sys.argv[2:]] if sys.argv[1:2] == ["report"] else ["infotraj", "report"]
-    with waiting("computing"):
+    with waiting("searching where it fails"):
         content = gathered(asked, found, seed=seed, matters=matters, saved=saved, command=words)
     content = _with_design(content, following)
     if json_file is not None:

@@ -93,11 +93,10 @@ def diagnose_command(
         from infotraj.diagnosis.report.steps import steps
         from infotraj.plots.waterfall import waterfall
 
-        fall = steps(found, seed=seed)
         paths = [figures / "waterfall.pdf", figures / "waterfall.png"]
-        waterfall(
-            fall.labels, fall.axes, fall.rmse, fall.low, fall.high, fall.floor, fall.unit, *paths, refused=found.refused
-        )
+        with waiting("drawing"):
+            f = steps(found, seed=seed)
+            waterfall(f.labels, f.axes, f.rmse, f.low, f.high, f.floor, f.unit, *paths, refused=found.refused)
         for path in paths:
             say(quiet, str(path))
     if recording is not None:
@@ -106,9 +105,10 @@ def diagnose_command(
         from infotraj.recording.wrench import record_comparison
 
         shown = [s.flight for s in found.samples]
-        errors = [equation_error(found.model, f, start=reading.start, stop=reading.stop) for f in shown]
-        k = worst_flight(errors)
-        record_comparison(recording, shown[k], found.model, errors[k])
+        with waiting("recording"):
+            errors = [equation_error(found.model, f, start=reading.start, stop=reading.stop) for f in shown]
+            k = worst_flight(errors)
+            record_comparison(recording, shown[k], found.model, errors[k])
         say(quiet, f"{recording}: {shown[k].meta.get('source')}")
     show(summary.as_text(found, verbose=verbose))
     if save_model is not None and not found.judged:

@@ -12,6 +12,7 @@ from infotraj.comparing.equation_error import AXES, EquationError, equation_erro
 from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.judge.evidence import resampled
 from infotraj.diagnosis.judge.verdicts import CONFIDENT
+from infotraj.progress import progress
 from infotraj.rotations import Array
 
 
@@ -65,7 +66,7 @@ def steps(found: Diagnosis, seed: int = 0) -> Steps:
     """
     labels = supported_labels(found)
     rng = np.random.default_rng(seed)
-    made = [held_out(found, labels[:k]) for k in range(len(labels) + 1)]
+    made = [held_out(found, labels[:k]) for k in progress(range(len(labels) + 1), "computing step")]
     low, high = zip(*(m.interval(rng) for m in made), strict=True)
     return Steps(
         said([called(found, x) for x in labels]),
