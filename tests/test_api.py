@@ -3,11 +3,14 @@
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
 import infotraj
+from infotraj.api import Diagnosed
 from infotraj.comparing.command import compare_command
 from infotraj.errors import InputError
 from infotraj.flight import Flight
@@ -44,6 +47,11 @@ def test_a_flight_in_memory_counts_as_its_file():
     where = infotraj.locate(model, flight, reference=FLIGHT)
     assert where.healthy is not None
     assert str(where).startswith(("where it fails", "no place"))
+
+
+def test_the_floor_is_that_of_the_new_model_as_the_command_prints_it():
+    before, after = (SimpleNamespace(rmse=np.ones(6), floor=np.full(6, floor)) for floor in (0.3, 0.1))
+    assert (Diagnosed(SimpleNamespace(before=before, after=after)).errors["floor"] == 0.1).all()
 
 
 def test_what_check_rejects_is_an_error_here_too():

@@ -195,6 +195,12 @@ def test_the_floor_of_the_page_is_that_of_the_printed_answer(content):
     assert "the error after a fit to all of these flights, which is usually smaller" in text
 
 
+def test_what_a_place_says_is_short_sentences(content):
+    text = page(content)
+    for part in content["places"][0]["sentence"].split("; "):
+        assert minus(f"{part[1:]}.") in text
+
+
 def test_the_next_command_uses_the_model_that_was_written(content, quad_report):
     commands = [row["command"] for row in content["next"]]
     assert any(c.startswith(f"infotraj compare {quad_report / 'new.yaml'} ") for c in commands)

@@ -129,9 +129,10 @@ class Diagnosed(_Answer):
 
     @property
     def errors(self) -> pd.DataFrame:
-        """RMSE of the force (N) and torque (N m) about each axis, fx .. tz: before and after, and the noise floor."""
+        """RMSE of the force (N) and torque (N m) about each axis, fx .. tz: before and after, and the floor of the
+        new model."""
         before, after = self.found.before, self.found.after
-        parts = {"before": before.rmse, "after": after.rmse, "floor": before.floor}
+        parts = {"before": before.rmse, "after": after.rmse, "floor": after.floor}
         return pd.DataFrame(parts, index=pd.Index(["fx", "fy", "fz", "tx", "ty", "tz"], name="axis"))
 
     def as_dict(self) -> dict[str, Any]:
