@@ -2,8 +2,7 @@
 
 from pathlib import Path
 
-from infotraj.experiment.job import job
-
+from infotraj.experiment.common.job import job
 from infotraj.report.results_index import write_index
 
 with job(snakemake.log[0]):
