@@ -15,10 +15,10 @@ from pathlib import Path
 
 import numpy as np
 from channel_faults import CODES, FAULTS, HEALTHY, measured
-from check_study import interval
 
 from infotraj.checking import outcome
 from infotraj.checking.samples import sampled
+from infotraj.evaluation.proportions import proportion
 
 
 def found(fault, flight):
@@ -28,13 +28,14 @@ def found(fault, flight):
 
 
 def share(rows):
-    hits = sum(rows)
-    return {"count": hits, "of": len(rows), "ci95": interval(hits, len(rows))}
+    found = proportion(sum(rows), len(rows))
+    return {"count": found.count, "of": found.total, "ci95": [found.low, found.high]}
 
 
 if __name__ == "__main__":
     out, count = Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 15
-    result, missed, every, seed = {"found": {}, "false": {}}, [], [], 1000
+    result: dict[str, dict] = {"found": {}, "false": {}}
+    missed, every, seed = [], [], 1000
     for kind, fault in FAULTS.items():
         rows = []
         for _ in range(count):
