@@ -13,8 +13,11 @@ TOP = Path(__file__).resolve().parent
 def shipped_folders() -> dict[str, str]:
     """FOLDERS of infotraj.examples.location, read without importing what is not installed yet."""
     tree = ast.parse((TOP / "src/infotraj/examples/location.py").read_text(encoding="utf-8"))
-    (value,) = (n.value for n in tree.body if isinstance(n, ast.Assign) and n.targets[0].id == "FOLDERS")
-    return ast.literal_eval(value)
+    for node in tree.body:
+        match node:
+            case ast.Assign(targets=[ast.Name(id="FOLDERS")], value=value):
+                return ast.literal_eval(value)
+    raise ValueError("infotraj/examples/location.py: FOLDERS is not assigned there")
 
 
 class BuildWithExamples(build_py):

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import ast
 import random
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 ROOMS = ["residual", "informative", "diagnosis", "evaluation", "effects", "dynamics"]
@@ -52,21 +52,22 @@ def errors(path: Path) -> list[tuple[int, int, int, str]]:
     for line in text.splitlines(keepends=True):
         starts.append(starts[-1] + len(line.encode()))
 
-    def place(node: ast.AST, end: bool = False) -> int:
-        line, column = (node.end_lineno, node.end_col_offset) if end else (node.lineno, node.col_offset)
-        return starts[line - 1] + column
+    def place(node: ast.expr) -> tuple[int, int]:
+        assert node.end_lineno is not None
+        assert node.end_col_offset is not None
+        return starts[node.lineno - 1] + node.col_offset, starts[node.end_lineno - 1] + node.end_col_offset
 
-    def source(node: ast.AST) -> str:
-        return text.encode()[place(node) : place(node, end=True)].decode()
+    def source(node: ast.expr) -> str:
+        return text.encode()[slice(*place(node))].decode()
 
     found = []
     for node in _deciding(ast.parse(text)):
-        for changed, instead in _of(node, source):
-            found.append((node.lineno, place(changed), place(changed, end=True), instead))
+        if isinstance(node, ast.expr):
+            found += [(node.lineno, *place(changed), instead) for changed, instead in _of(node, source)]
     return found
 
 
-def _of(node: ast.AST, source) -> Iterator[tuple[ast.AST, str]]:
+def _of(node: ast.expr, source: Callable[[ast.expr], str]) -> Iterator[tuple[ast.expr, str]]:
     """The errors of one node: what is replaced, and by what."""
     match node:
         case ast.Compare(left=left, ops=[op], comparators=[right]):

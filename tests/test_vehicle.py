@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,7 +29,7 @@ def changed(**changes) -> dict:
     content = copy.deepcopy(SMALL)
     for path, value in changes.items():
         *parents, last = path.split("__")
-        place = content
+        place: Any = content
         for key in parents:
             place = place[int(key) if isinstance(place, list) else key]
         if value is None:

@@ -27,7 +27,7 @@ CONTENT = {name: yaml.safe_load((VEHICLES / f"{name}.yaml").read_text()) for nam
 NOISE = {"gyro": 0.01, "accelerometer": 0.1, "position": 0.001, "attitude": 0.002, "velocity": 0.01}
 DRAG = {"omav": {"linear_drag": {"d": [0.5, 0.5, 0.8]}}, "quadrotor": {"linear_drag": {"d": [0.1, 0.1, 0.1]}}}
 SECONDS = 7.0
-_made = {}
+_made: dict[tuple[str, str], list] = {}
 
 
 def tables(name, effects, count=2):

@@ -48,9 +48,9 @@ def correlated(sign: float) -> pd.DataFrame:
 def claims(tmp_path: Path, tracking: pd.DataFrame, correlation: pd.DataFrame) -> pd.Series:
     tracking.to_csv(tmp_path / "tracking.csv", index=False)
     correlation.to_csv(tmp_path / "correlation.csv", index=False)
-    inputs = {"tracking": tmp_path / "tracking.csv", "correlation": tmp_path / "correlation.csv", "pool": None}
+    inputs = {"tracking": tmp_path / "tracking.csv", "correlation": tmp_path / "correlation.csv"}
     outputs = {"table": tmp_path / "c.csv", "markdown": tmp_path / "c.md", "png": tmp_path / "c.png"}
-    claiming.write_claims(**inputs, points=100, **outputs)
+    claiming.write_claims(**inputs, pool=None, points=100, **outputs)
     return pd.read_csv(tmp_path / "c.csv").set_index("claim")
 
 

@@ -184,6 +184,7 @@ def test_a_second_rotor_is_invented_unless_the_file_is_wrong_about_it():
 
 
 QUADROTOR = load_vehicle("config/vehicles/quadrotor.yaml")
+assert QUADROTOR.mass is not None
 HEAVIER = QUADROTOR.model_copy(update={"mass": QUADROTOR.mass - 0.04})  # 0.04 kg are missing in this file
 WEAK, LATE = {"rotor": 2, "factor": 0.8}, {"extra_time_constant": 0.03}
 

@@ -24,7 +24,9 @@ def held() -> LearningData:
     disturbance = 0.2 * (disturbance - disturbance.mean(axis=0)) / disturbance.std(axis=0)
     asked = rng.normal(0.0, 0.02, (300, 3))
     force = np.array([0.0, 0.0, 9.81]) + rng.normal(0.0, 0.3, (300, 3))
-    return LearningData(0.1 * np.arange(300), np.concatenate([force, asked - disturbance], axis=1), disturbance)
+    return LearningData(
+        0.1 * np.arange(300, dtype=np.float64), np.concatenate([force, asked - disturbance], axis=1), disturbance
+    )
 
 
 def slopes(learning: Learning, data: LearningData) -> np.ndarray:

@@ -21,7 +21,7 @@ def a_table() -> pd.DataFrame:
     rows = []
     for plant in ("a", "b"):
         for seed in range(3):
-            key = {"plant": plant, "seed": seed}
+            key: dict[str, object] = {"plant": plant, "seed": seed}
             rows += [
                 {**key, "flown": p, "learned": p, "source": "first", "points": 20, "reference": "task", "error": 0.4}
                 for p in (NONE, PHYSICS)

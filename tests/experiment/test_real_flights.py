@@ -121,7 +121,8 @@ def test_the_example_of_the_docs_runs(capsys, monkeypatch):
 def straight_flight(push: float, slow: float, mean: float = 0.0, seconds: float = 12.0) -> Flight:
     """A level 0.8 kg quadrotor at hover thrust, pushed sideways: by x `push` cos(slow t), by y `mean`, m/s^2."""
     t = np.arange(0.0, seconds, 0.01)
-    columns = dict.fromkeys(("pz", "qw"), 1.0) | dict.fromkeys(("px", "py", "qx", "qy", "qz", "vz"), 0.0)
+    columns: dict[str, object] = {**dict.fromkeys(("pz", "qw"), 1.0)}
+    columns |= dict.fromkeys(("px", "py", "qx", "qy", "qz", "vz"), 0.0)
     columns |= dict.fromkeys(("wx", "wy", "wz"), 0.0) | {"t": t, "az": 9.81, "ay": mean, "vy": mean * t}
     columns |= {"ax": push * np.cos(slow * t), "vx": push / slow * np.sin(slow * t)}
     hover = np.sqrt(0.8 * 9.81 / 4 / 1.5e-6)

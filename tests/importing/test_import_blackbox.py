@@ -163,10 +163,8 @@ def test_events_and_rare_frames_are_those_of_the_other_decoder() -> None:
             wanted = [w for k, w in enumerate(wanted) if k == 0 or w != wanted[k - 1]]
             ours = [(int(e[0]), [int(v) for v in e[1:3]][: 1 if e[0] in (0, 15) else 2]) for e in events if e[0] != 255]
             assert ours == wanted, name
-            assert [int(c) for c in counts[2:4]] == [
-                int(re.search(rf"\b{k}: (\d+)", text)[1])
-                for k in ("gps", "gps_home")  # type: ignore[index]
-            ]
+            frames = [re.findall(rf"\b{k}: (\d+)", text)[0] for k in ("gps", "gps_home")]
+            assert [int(c) for c in counts[2:4]] == [int(f) for f in frames]
 
 
 def test_gyro_and_accelerometer_turn_together_as_forward_left_up_axes_do() -> None:

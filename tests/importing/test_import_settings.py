@@ -175,7 +175,7 @@ def test_fix_goes_on_until_nothing_is_left_that_a_setting_mends() -> None:
     assert truth.asked == 3
 
 
-CHANGES = {
+CHANGES: dict[str, tuple[str, dict, str, str]] = {
     "axes turned on top": ("rate", {"axes": ["y", "-x", "z"]}, "rate.axes=[y,-x,z]", "rate.axes=[-x,-y,z]"),
     "scales multiplied": ("position", {"scale": 0.5}, "position.scale=0.1", "position.scale=0.05"),
     "shifts added": ("velocity", {"shift": 0.02}, "velocity.shift=-0.005", "velocity.shift=0.015"),

@@ -118,7 +118,7 @@ def test_comments_skipped_lines_names_and_decimal_commas_as_declared(tmp_path: P
     )
     (tmp_path / "log.txt").write_text(f"some machine\nof 2026\n% no names\n{rows}\n% end\n")
     layout = {"skip": 2, "comment": "%", "separator": ";", "decimal": ",", "header": ["a", "b", "c", "t"]}
-    channels = {"position": {"fields": ["a", "b", "c"]}}
+    channels: dict[str, dict] = {"position": {"fields": ["a", "b", "c"]}}
     with pytest.raises(InputError, match="time goes back"):  # vx is no time, but it is read as one
         import_log(tmp_path / "log.txt", table_mapping(channels, table=layout))
     rows = "\n".join(f"{k / 100:.2f};{x:.12f}".replace(".", ",") for k, x in enumerate(GOOD.get("px")[:, 0]))
@@ -222,23 +222,14 @@ def two_files(folder: Path, zero: float = 0.0) -> tuple[Path, Path]:
     return folder / "motors.csv", folder / "poses.csv"
 
 
-JOINED = {
-    "name": "m",
-    "reads": ["table"],
-    "time": {"fields": "t"},
-    "streams": [
-        {
-            "name": "tracker",
-            "time": {"fields": "time"},
-            "drop_repeats": True,
-            "channels": {
-                "position": {"fields": ["px", "py", "pz"]},
-                "attitude": {"fields": ["qw", "qx", "qy", "qz"]},
-            },
-        },
-        {"name": "motors", "channels": {"rotor_command": {"fields": "cmd_rotor_*"}}},
-    ],
+TRACKER = {
+    "name": "tracker",
+    "time": {"fields": "time"},
+    "drop_repeats": True,
+    "channels": {"position": {"fields": ["px", "py", "pz"]}, "attitude": {"fields": ["qw", "qx", "qy", "qz"]}},
 }
+MOTORS = {"name": "motors", "channels": {"rotor_command": {"fields": "cmd_rotor_*"}}}
+JOINED = {"name": "m", "reads": ["table"], "time": {"fields": "t"}, "streams": [TRACKER, MOTORS]}
 
 
 def test_two_tables_of_one_flight_and_held_samples(tmp_path: Path) -> None:
@@ -258,7 +249,7 @@ def test_two_tables_whose_clocks_have_nothing_in_common(tmp_path: Path) -> None:
     motors, poses = two_files(tmp_path, zero=100.0)
     with pytest.raises(InputError, match="nothing in common"):
         import_log(motors, parse_mapping(JOINED), beside=(poses,))
-    shifted = parse_mapping({**JOINED, "streams": [{**JOINED["streams"][0], "shift": -100.0}, JOINED["streams"][1]]})
+    shifted = parse_mapping({**JOINED, "streams": [{**TRACKER, "shift": -100.0}, MOTORS]})
     np.testing.assert_allclose(import_log(motors, shifted, beside=(poses,)).t, GOOD.t, atol=1e-9)
 
 

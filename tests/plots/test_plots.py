@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.axes import Axes
+from matplotlib.collections import PathCollection
 from matplotlib.figure import Figure
 
 from infotraj import rotations
@@ -167,7 +168,7 @@ def test_attitudes_of_another_shape_are_refused(tmp_path: Path) -> None:
 
 
 def scattered(axes: Axes) -> int:
-    return sum(len(c.get_offsets()) for c in axes.collections if hasattr(c, "get_sizes"))
+    return sum(len(np.asarray(c.get_offsets())) for c in axes.collections if isinstance(c, PathCollection))
 
 
 def dots(axes: Axes) -> list[float]:
@@ -261,8 +262,9 @@ def test_costs_are_sorted_and_the_chosen_is_the_lowest() -> None:
     (axes,) = panels(cost.draw_figure_costs(table))
     assert scattered(axes) == len(table)
     handles, labels = axes.get_legend_handles_labels()
-    (chosen,) = (h.get_offsets()[0] for h, label in zip(handles, labels, strict=True) if label == "chosen")
-    assert tuple(chosen) == (0.0, pytest.approx(table["cost"].min()))
+    (chosen,) = (h for h, label in zip(handles, labels, strict=True) if label == "chosen")
+    assert isinstance(chosen, PathCollection)
+    assert tuple(np.asarray(chosen.get_offsets())[0]) == (0.0, pytest.approx(table["cost"].min()))
 
 
 def test_pool_draws_every_candidate_of_every_task() -> None:
@@ -271,7 +273,7 @@ def test_pool_draws_every_candidate_of_every_task() -> None:
     assert [scattered(a) for a in drawn[:4]] == [19] * 4
     best = sorted(table.groupby("task")["error"].min())
     bars = next(line for line in drawn[4].lines if line.get_label() == "best candidate")
-    assert sorted(bars.get_xdata()) == pytest.approx(best)
+    assert sorted(np.asarray(bars.get_xdata())) == pytest.approx(best)
 
 
 def test_table_1_pairs_the_seeds_and_keeps_the_papers_numbers() -> None:

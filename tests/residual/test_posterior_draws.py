@@ -18,9 +18,9 @@ def process(n: int, noise: float = 1e-2) -> GaussianProcess:
         rng.normal(size=(n, 6)),
         rng.normal(size=(n, 3)),
         rng.uniform(1.5, 4.0, (3, 6)),
-        [1.0, 0.3, 2.0],
+        np.array([1.0, 0.3, 2.0]),
         np.full(3, noise),
-        [0.5, -1.0, 0.0],
+        np.array([0.5, -1.0, 0.0]),
     )
 
 

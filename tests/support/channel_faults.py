@@ -67,7 +67,7 @@ class Fault:
     rate_hz: float = 100.0
 
 
-def _span(flight, rng):
+def _span(flight: Flight, rng: np.random.Generator) -> tuple[float, float]:
     start = rng.uniform(4.5, 8.0)
     return start, start + rng.uniform(2.0, flight.t[-1] - start)
 

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
@@ -38,7 +39,7 @@ def linear_fit(
     number, many = np.arange(BLOCKS), np.full((1, BLOCKS), float(ROWS))
     sums = Sums(gram, gram, gram, many, np.ones((1, BLOCKS)), ("fx",), number, number)
     columns = tuple(Column(c, 0, places(c, VEHICLE)[0].scale, 0.0, -np.inf, np.inf) for c in candidates)
-    observation = SimpleNamespace(
+    observation: Any = SimpleNamespace(  # as much of an Observation as a search reads; no flight is weighed
         vehicle=VEHICLE,
         command_step=0.005,
         healthy=None,
@@ -48,7 +49,8 @@ def linear_fit(
     )
     point = tuple(Member(c, c.absent(VEHICLE)) for c in candidates)
     choices = tuple(Choice(n, (k,), 3.0) for k, n in enumerate(names))
-    linear = Linear(observation, point, columns, choices, (None,), (), None, sums)
+    weights: Any = None
+    linear = Linear(observation, point, columns, choices, (None,), (), weights, sums)
     scales = Scales(0.0)
     scorer = linear.scorer(scales)
 

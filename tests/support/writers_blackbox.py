@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -31,7 +32,7 @@ def blackbox_bytes(flight: Flight, poles: int = 14, interval: int = 32, every: i
     rows = np.round(np.column_stack([np.arange(len(time)) * every, time, volts, rate, force, motors, turns])).astype(
         int
     )
-    lists = {
+    lists: dict[str, Sequence[object]] = {
         "I name": NAMES, "I signed": SIGNED, "I predictor": I_PREDICTOR, "I encoding": I_ENCODING,
         "P predictor": P_PREDICTOR, "P encoding": P_ENCODING, "S name": ["flightModeFlags", "stateFlags"],
         "S signed": [0, 0], "S predictor": [0, 0], "S encoding": [1, 1],
