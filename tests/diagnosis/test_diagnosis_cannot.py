@@ -163,13 +163,13 @@ def test_reversed_tilts_are_named():
 
 
 def hovering(name, effects, monkeypatch):
-    path = exact_simulation._path
+    path = exact_simulation.path_of
 
     def still(vehicle, rng):
         made = path(vehicle, rng)
         return made._replace(amplitude=0.0 * made.amplitude, turn=0.0 * made.turn)
 
-    monkeypatch.setattr(exact_simulation, "_path", still)
+    monkeypatch.setattr(exact_simulation, "path_of", still)
     return [fly(CONTENT[name], effects, seconds=SECONDS, seed=k, noise=NOISE) for k in range(2)]
 
 
