@@ -10,6 +10,8 @@ from scipy.stats import norm
 from infotraj.checking import check, examine
 from infotraj.checking.across import lags_across
 from infotraj.checking.clocks import Offset, offset, offset_findings
+from infotraj.checking.kinematics import acceleration_width
+from infotraj.checking.response import response_findings
 from infotraj.checking.streams import Stream
 
 
@@ -111,3 +113,18 @@ def test_lags_that_differ_between_logs_are_one_finding():
     assert finding.severity == "note"
     assert "-20 to 40 ms over 4 logs" in finding.what
     assert lags_across([replace(one, lags={"rate": (0.01, 0.003)})] * 4) == []
+
+
+def test_a_response_that_is_too_late_leaves_the_rotors_their_usual_time():
+    (found,) = response_findings(Offset(0.4, 0.01, 0.1, (), 0.0, 0.0), 0.01, "rotor_command")
+    assert (found.code, found.settings) == ("response_too_late", ("rotor_command.shift=0.350",))
+
+
+@pytest.mark.parametrize(("noise", "wanted"), [(1e-4, 0.08), (2e-3, None), (0.1, 0.32)])
+def test_the_second_difference_of_the_position_is_as_wide_as_its_noise_asks(noise, wanted):
+    """Of white noise its deviation over h is sqrt(1 + 4 + 1) / h^2 times that of a sample: 0.15 m/s^2 are let in."""
+    t = np.arange(0.0, 60.0, 0.01)
+    rng = np.random.default_rng(3)
+    position = Stream(t, np.sin(t)[:, None] + noise * rng.standard_normal((len(t), 3)), gap=0.05)
+    width = acceleration_width(position, 0.08)
+    assert width == pytest.approx(wanted or np.sqrt(np.sqrt(6.0) * noise / 0.15), rel=0.02)

@@ -135,6 +135,14 @@ def test_cost_falls_with_points_and_is_the_conditioned_variance():
     assert few[0, 0] == pytest.approx(direct, rel=1e-8)
 
 
+def test_of_a_long_flight_every_second_row_is_offered_to_the_subset():
+    process, rng = a_process(), np.random.default_rng(6)
+    flights = rng.uniform(-1, 1, (1, 1, 800, 6)) * [4, 4, 1, 1, 1, 1] + [0, 0, 9, 0, 0, 0]
+    scorer = Scorer(process, flights[0, 0, :50], 5, k_medoids)
+    costs = [scorer.costs(f, np.random.default_rng(0)).item() for f in (flights, flights[:, :, ::2])]
+    assert costs[0] == costs[1]
+
+
 def test_a_rollout_keeps_the_states_that_its_commands_belong_to():
     process = a_process()
     draws = PosteriorDraws.sample(process, np.random.default_rng(1), 2)
