@@ -204,3 +204,57 @@ def test_beside_a_file_that_whole_steps_do_not_mend_damped_ones_find_the_effect(
     corrected = [e["parameters"]["rotor"] for e in as_dict(found)["corrected"] if e["name"] == "rotor_effectiveness"]
     assert corrected == rotors
     assert f"rotor_effectiveness rotor={rotors[0]} " in as_text(found)
+
+
+@pytest.mark.parametrize("hidden", [{}, {"linear_drag": {"d": [0.25, 0.2, 0.3]}}])
+def test_a_lag_that_is_too_long_in_the_file_is_corrected_and_not_named(hidden):
+    """A lag that is missing is longer; what corrects a file may be shorter, too."""
+
+    def slower(vehicle):
+        rotors = [r.model_copy(update={"time_constant": 1.6 * r.time_constant}) for r in vehicle.rotors]
+        return vehicle.model_copy(update={"rotors": tuple(rotors)})
+
+    found = diagnosed(hidden, slower)
+    assert found.supported == tuple(hidden)
+    assert "rotor_lag" in found.beside
+    (lag,) = [e.extra_time_constant for e in found.model.effects if e.name == "rotor_lag"]
+    true = load_vehicle(FILE).rotors[0].time_constant
+    assert lag == pytest.approx(-0.6 * true, rel=0.05)
+    given, corrected = (error_elsewhere(m, hidden) for m in (Model(found.model.vehicle), found.model))
+    assert np.all(corrected[2:5] < 0.2 * given[2:5])
+
+
+def test_a_lag_that_hides_behind_a_delay_is_corrected_together_with_it():
+    """One after the other neither moves: with the lag of the file the delay is 24 ms, and a longer lag brings nothing
+    beside it."""
+
+    def faster(vehicle):
+        file = wrong_file(vehicle, "3%", np.random.default_rng(11))
+        rotors = [r.model_copy(update={"time_constant": 0.02}) for r in file.rotors]
+        return file.model_copy(update={"rotors": tuple(rotors)})
+
+    hidden = {"actuation_delay": {"delay": 0.014}}
+    found = diagnosed(hidden, faster)
+    assert found.supported == ("actuation_delay",)
+    assert {"rotor_lag", "com_offset"} <= {x.split()[0] for x in found.beside}
+    numbers = {e.name: e.values for e in found.model.effects}
+    assert numbers["actuation_delay"]["delay"] == pytest.approx(0.014, abs=0.001)
+    assert numbers["rotor_lag"]["extra_time_constant"] == pytest.approx(0.01, abs=0.002)
+    given, corrected = (error_elsewhere(m, hidden) for m in (Model(found.model.vehicle), found.model))
+    assert np.all(corrected[2:5] < 0.1 * given[2:5])
+
+
+def test_where_no_velocity_is_logged_the_position_shows_that_a_force_is_there():
+    """Beside a file that is wrong by 10 % it is not named; what the path shows corrects the model."""
+    true = yaml.safe_load(FILE.read_text())
+    hidden = {"steady_force": {"f": [0.15, -0.1, 0.0]}}
+    columns = ["vx", "vy", "vz", *(f"rotor_{i}" for i in range(4))]
+    flights = [
+        Flight(fly(true, hidden, seconds=10.0, seed=seed, noise=NOISE).drop(columns=columns), {}) for seed in (50, 51)
+    ]
+    found = diagnose(Model(wrong_file(load_vehicle(FILE), "10%", np.random.default_rng(6))), flights)
+    assert found.supported == ()
+    assert "steady_force" in found.beside
+    assert any(n.name.startswith("level of the world frame") for n in found.file)
+    (force,) = [e.f for e in found.model.effects if e.name == "steady_force"]
+    assert force[:2] == pytest.approx([0.15, -0.1], abs=0.03)

@@ -157,7 +157,8 @@ def _given(search: Search, found: Fit, asked: Sequence[str]) -> tuple[Fit, tuple
     made = given(search, found, asked)
     if not (made.lost or made.held_back):
         return made.fit, made.beside
-    return search.fitted([*asked, *made.beside], found, Scales(0.0), go_on=True), made.beside
+    correcting = Scales(0.0, corrects=frozenset(made.beside))
+    return search.fitted([*asked, *made.beside], found, correcting, go_on=True), made.beside
 
 
 def _number(name: str, value: Any, error: Any) -> str:

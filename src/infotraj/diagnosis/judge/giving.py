@@ -22,16 +22,20 @@ from infotraj.diagnosis.judge.needed import TELLS
 from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS, labels_off, thrust_over_mass, within_file
 from infotraj.diagnosis.linear.candidates import places
 from infotraj.diagnosis.linear.observation import Member, Observation
+from infotraj.diagnosis.measure.residual import FlightSamples
 from infotraj.diagnosis.noise.spectra import binned, spectra
 from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.prior import Scales
 from infotraj.diagnosis.select.score import Solution
 from infotraj.diagnosis.select.search import Fit, Search
+from infotraj.flight import VELOCITY, Flight
+from infotraj.models.interpolation import interpolate
 from infotraj.rotations import Array
 
 _WORSE = 1.05  # times the error of an axis on flights that were not fitted, less than which is no difference
 _ROUNDS = 4  # it changes what the other numbers mean: a fit beside it is further away than one without
 _STEADY = "steady_force"
+_LONG = 1.0  # s: a steady force is as large over seconds, and the noise of a position is small by then
 _LEAST = 1e-4  # of an axis' squared error: what changes less does not act on it
 
 
@@ -90,25 +94,47 @@ def _of_ratio(search: Search, whole: Fit, labels: Sequence[str], bare: Fit, rati
 def _corrected(search: Search, whole: Fit, made: Fit) -> tuple[Fit, tuple[str, ...]]:
     """The model with what corrects further numbers of the file that these flights show to be off, and its labels.
 
-    Taken one after another, what the linear model promises most first, where flights not fitted are predicted better.
+    All are fitted together, from the numbers that the search found for them: a lag that is too short in the file hides
+    behind a delay for as long as only one of them may move. Then what tells little leaves, the least first.
     """
     said = {x.split()[0] for x in (*made.labels, *(m.candidate.label for m in search.held))}
-    open_to = [x for x in labels_off(whole) if x.split()[0] not in said | OF_THRUST_OVER_MASS]
-    taken: list[str] = []
-    net = _net(_shares(made)) if open_to else 0.0
-    while open_to:
-        promised = {x: _promised(made, x) for x in open_to}
-        best = max(open_to, key=lambda x: promised[x])
-        open_to.remove(best)
-        if promised[best] < TELLS:
+    labels = [x for x in labels_off(whole) if x.split()[0] not in said | OF_THRUST_OVER_MASS]
+    like, vehicle = whole, made.linear.observation.vehicle
+    while labels:
+        correcting = Scales(0.0, corrects=frozenset(labels))
+        tried = search.fitted([*made.labels, *labels], like, correcting, go_on=True)
+        ended = beyond_bounds(tried.members, vehicle)
+        kept = [x for x in labels if x not in ended and within_file(tried, x)]
+        if len(kept) == len(labels):
+            kept = _telling(tried, labels)
+        if _STEADY in kept and len(kept) == len(labels):
+            without = search.fitted([x for x in tried.labels if x != _STEADY], tried, correcting, go_on=True)
+            kept = kept if _on_the_path(tried, without) else [x for x in kept if x != _STEADY]
+        if len(kept) == len(labels):
+            better = _net(_shares(tried)) < _net(_shares(made)) - TELLS
+            return (tried, tuple(labels)) if better and not _ends(tried, made) else (made, ())
+        labels, like = kept, tried
+    return made, ()
+
+
+def _telling(tried: Fit, labels: Sequence[str]) -> list[str]:
+    """Of these labels those without which flights not fitted are predicted worse, as the linear model has it."""
+    left = list(labels)
+    while left:
+        rest = {x: [y for y in tried.labels if y != x and y not in set(labels) - set(left)] for x in left}
+        everything = _error_with(tried, [y for y in tried.labels if y not in set(labels) - set(left)])
+        loss = {x: float(0.5 * np.sum(np.log(_error_with(tried, rest[x]) / everything))) for x in left}
+        least = min(left, key=lambda x: loss[x])
+        if loss[least] >= TELLS:
             break
-        tried = search.fitted([*made.labels, best], made, Scales(0.0), go_on=True)
-        reached = _net(_shares(tried))
-        allowed = not _ends(tried, made) and within_file(tried, best)
-        if reached < net - TELLS and allowed and (best != _STEADY or _on_the_path(tried, made)):
-            made, net = tried, reached
-            taken.append(best)
-    return made, tuple(taken)
+        left.remove(least)
+    return left
+
+
+def _error_with(fit: Fit, labels: Sequence[str]) -> Array:
+    """Error (axes,) of flights not fitted with these effects, as the linear model has it."""
+    solution = fit.scorer.solution(fit.linear.labelled(labels))
+    return np.maximum(fit.linear.absent.plain_error(solution.each), 1e-300)
 
 
 def _on_the_path(tried: Fit, made: Fit) -> bool:
@@ -117,21 +143,22 @@ def _on_the_path(tried: Fit, made: Fit) -> bool:
     What an accelerometer alone shows is its bias, and no force.
     """
     o = made.linear.observation
+    flights = [_with_velocity(s) for s in o.samples]
     left = []
     for fit in (made, tried):
         model = o.model(fit.members)
-        left.append(statistics([equation_error(model, f, force_from="velocity") for f in o.flights]).rmse[:3])
+        errors = [equation_error(model, f, window=_LONG, force_from="velocity") for f in flights]
+        left.append(statistics(errors).rmse[:3])
     return bool(np.nansum(np.log(left[0] / left[1])) >= TELLS)
 
 
-def _promised(made: Fit, label: str) -> float:
-    """By how much errors of flights not fitted fall with one more effect, over all axes, as the linear model has it."""
-    sums = made.linear.absent
-    left = [
-        sums.plain_error(made.scorer.solution((*made.chosen, *more)).each)
-        for more in ((), made.linear.labelled([label]))
-    ]
-    return float(0.5 * np.sum(np.log(np.maximum(left[0], 1e-300) / np.maximum(left[1], 1e-300))))
+def _with_velocity(samples: FlightSamples) -> Flight:
+    """The flight with the velocity that the diagnosis takes from its position, where none was logged."""
+    flight, velocity = samples.flight, samples.prepared.recorded.velocity
+    if flight.has(*VELOCITY) or velocity is None:
+        return flight
+    values = interpolate(velocity.times, velocity.values, flight.t)
+    return Flight(flight.table.assign(**dict(zip(VELOCITY, values.T, strict=True))), flight.meta)
 
 
 def _ends(made: Fit, before: Fit) -> bool:

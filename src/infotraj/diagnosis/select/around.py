@@ -28,7 +28,8 @@ class Column:
     what is healthy).
 
     idle: it changes nothing on its own (the length of a cable without a load); slope: by how much the number
-    changes with its coordinate, which is what all this is of.
+    changes with its coordinate, which is what all this is of; lowest: the lower bound where it corrects the file: one
+    may declare too long a lag, while a lag that is missing is longer.
     """
 
     candidate: Candidate
@@ -39,6 +40,7 @@ class Column:
     high: float
     idle: bool = False
     slope: float = 1.0
+    lowest: float = -np.inf
 
 
 @dataclass(frozen=True)
@@ -81,7 +83,8 @@ class Linear:
 
         held: the effects that the model has already, with numbers that stay; where not given they are fitted along.
         """
-        low, high = np.array([c.low for c in self.columns]), np.array([c.high for c in self.columns])
+        low = np.array([c.lowest if c.candidate.label in scales.corrects else c.low for c in self.columns])
+        high = np.array([c.high for c in self.columns])
         idle = np.array([c.idle for c in self.columns])
         now = np.array([c.now for c in self.columns])
         # An idle number is told as a step from where it is.
@@ -405,10 +408,10 @@ def _column(candidate: Candidate, place: int, value: float, observation: Observa
     x = np.array([q.absent for q in at])
     x[place] += p.scale
     idle = written(candidate, at, np.clip(x, [q.low for q in at], [q.high for q in at])).is_absent(vehicle)
-    # A file may declare too long a lag; a lag that is missing is longer.
     least = next(x for x in candidate.cls.parameters if x.name == p.parameter).bounds[0]
-    low = max(p.low, least) if least == p.absent else p.low
-    low, high = sorted(((low - base) / p.scale, (p.high - base) / p.scale))
+    longer = least == p.absent and least > p.low
+    low, high = sorted((((least if longer else p.low) - base) / p.scale, (p.high - base) / p.scale))
+    lowest = (p.low - base) / p.scale if longer else low
     now = 0.0 if absent and not idle else (value - base) / p.scale
     slope = p.slope(p.value(base + now * p.scale))
-    return Column(candidate, place, p.scale, float(now), low, high, idle, slope)
+    return Column(candidate, place, p.scale, float(now), low, high, idle, slope, lowest)

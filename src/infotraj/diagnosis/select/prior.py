@@ -32,10 +32,14 @@ _STAMP = 0.1  # of the time between commands: their stamps are hardly more exact
 
 @dataclass(frozen=True)
 class Scales:
-    """How far this file is off, times 1 %: in common, and by kind of number. 0 in common: it is taken as it is."""
+    """How far this file is off, times 1 %: in common, and by kind of number. 0 in common: it is taken as it is.
+
+    corrects: labels of effects that are no finding but correct the file, where it is taken as it is.
+    """
 
     common: float
     kinds: dict[str, float] = field(default_factory=dict)
+    corrects: frozenset[str] = frozenset()
 
     def of(self, kind: str) -> float:
         """The scale of a kind. Clocks and mounts are no worse for what a file says of the vehicle."""
