@@ -58,7 +58,7 @@ def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
             findings, stand = asked.judged(told, [*judged, *gone])
             findings = _demoted(tuple(out.get(f.name, f) for f in findings), why, impossible)
         made = given(search, told, _labels(told, named(findings), {n: r.label for n, r in stand.items()}))
-        at_bound = beyond_bounds((*told.members, *made.fit.members), vehicle)
+        at_bound = beyond_bounds(told.members, vehicle) | made.at_bound
         ended = at_bound | made.lost
         confident = {f.name for f in findings if f.verdict in CONFIDENT}
         # Of several rotors of one name one may go alone.

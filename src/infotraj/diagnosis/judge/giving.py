@@ -1,7 +1,7 @@
 """The model that is given: what is named is added, and flights that were not fitted are predicted better for it.
 
-Numbers are fitted beside the file as it is, as far as they can take along what the file is off by. Where these flights
-show a number of the file to be off, the effect that says so corrects it in the model if that predicts better. First
+Numbers are fitted beside the file as it is, as far as they can take along what the file is off by. What corrects the
+file beside them is in the model, too, where flights that were not fitted are predicted better for it. First
 comes thrust over mass, which `thrust_scale` says, or `mass_offset`: nearly every force is told beside the thrust, and a
 fall of it with the voltage is none beside a file that is right at half of the charge. A number with which an axis is
 still predicted worse stays absent where it spoils more than it mends: what a wrong file has cancelled by chance on one
@@ -19,7 +19,7 @@ from infotraj.comparing.equation_error import equation_error
 from infotraj.comparing.statistics import statistics
 from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.judge.needed import TELLS
-from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS, labels_off, thrust_over_mass, within_file
+from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS, labels_of_file, thrust_over_mass
 from infotraj.diagnosis.linear.candidates import places
 from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.measure.residual import FlightSamples
@@ -43,9 +43,11 @@ _LEAST = 1e-4  # of an axis' squared error: what changes less does not act on it
 class Given:
     """The fit of the model that is given. lost: labels of effects of which no number is left, and why; held_back: the
     same for effects of which numbers stay absent though they are sure; beside: labels that no name is given for, which
-    correct the file; of_ratio: fits with each label that could correct thrust over mass, what predicts best first."""
+    correct the file; of_ratio: fits with each label that could correct thrust over mass, what predicts best first;
+    at_bound: labels whose numbers end at a physical bound beside the file as it is: correcting it changes no name."""
 
     fit: Fit
+    at_bound: dict[str, str]
     lost: dict[str, str] = field(default_factory=dict)
     held_back: dict[str, str] = field(default_factory=dict)
     beside: tuple[str, ...] = ()
@@ -59,28 +61,31 @@ def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
     beside: tuple[str, ...] = ()
     if observation.healthy is not None:
         if not labels:
-            return Given(whole)
+            return Given(whole, beyond_bounds(whole.members, observation.vehicle))
         inside = set(labels) <= set(whole.labels)
         made = _as_found(search, whole, labels) if inside else search.fitted(labels, whole, Scales(0.0))
+        at_bound = beyond_bounds(made.members, observation.vehicle)
     else:
-        ratio = _ratio(search, whole, labels)
-        if not labels and not ratio and not labels_off(whole):
-            return Given(whole)
         made = search.fitted(labels, whole, Scales(0.0), go_on=True)
-        of_ratio = _of_ratio(search, whole, labels, made, ratio)
+        of_ratio = _of_ratio(search, whole, labels, made, _ratio(search, whole, labels))
+        made = next(iter(of_ratio.values()), made)
+        at_bound = beyond_bounds(made.members, observation.vehicle)
+        # Beside rotors that are off one by one the mass may be what is left, and the thrust of all beside others.
+        tried = {x: _corrected(search, whole, fit) for x, fit in (of_ratio or {"": made}).items()}
+        best = min(tried, key=lambda x: _net(_shares(tried[x][0])))
+        made, beside = tried[best]
         if of_ratio:
-            beside, made = (next(iter(of_ratio)),), next(iter(of_ratio.values()))
-        made, further = _corrected(search, whole, made)
-        beside += further
+            beside, of_ratio = (best, *beside), {best: of_ratio[best], **of_ratio}
         if not labels and not beside:
-            return Given(whole)
-    pruned = _pruned(made)
-    left = {m.candidate.label for m in pruned.fit.members if _as_before(m, observation)}
-    nothing = "the model that predicts best has nothing of it"
-    lost = {label: nothing for label in labels if label in left} | pruned.lost
-    beside = tuple(x for x in beside if x not in lost and x not in left)
-    lost = {k: v for k, v in lost.items() if k in labels}
-    return replace(pruned, lost=lost, beside=beside, of_ratio=of_ratio)
+            return Given(whole, {})
+        # What was judged is the model at these numbers, of which the last step may not have been taken.
+        made = _at(made, made.solution.theta, made.solution.each)
+    fit, lost, held_back = _pruned(made)
+    left = {m.candidate.label for m in fit.members if _as_before(m, observation)}
+    lost |= {x: lost.get(x, "the model that predicts best has nothing of it") for x in left}
+    beside, absent = tuple(x for x in beside if x not in lost), set(beside) & lost.keys()
+    fit = replace(fit, chosen=tuple(i for i in fit.chosen if fit.linear.choices[i].label not in absent))
+    return Given(fit, at_bound, {k: v for k, v in lost.items() if k in labels}, held_back, beside, of_ratio)
 
 
 def _of_ratio(search: Search, whole: Fit, labels: Sequence[str], bare: Fit, ratio: Sequence[str]) -> dict[str, Fit]:
@@ -92,19 +97,20 @@ def _of_ratio(search: Search, whole: Fit, labels: Sequence[str], bare: Fit, rati
 
 
 def _corrected(search: Search, whole: Fit, made: Fit) -> tuple[Fit, tuple[str, ...]]:
-    """The model with what corrects further numbers of the file that these flights show to be off, and its labels.
+    """The model with what corrects further numbers of the file, and its labels.
 
-    All are fitted together, from the numbers that the search found for them: a lag that is too short in the file hides
-    behind a delay for as long as only one of them may move. Then what tells little leaves, the least first.
+    All are fitted together, from the numbers that the search found for them, each as far off as in a bad file: torques
+    may be off for sure, and neither the centre of mass nor a rotor be so; a lag that is too short hides behind a delay
+    for as long as only one of them may move. Then what tells little leaves, the least first.
     """
     said = {x.split()[0] for x in (*made.labels, *(m.candidate.label for m in search.held))}
-    labels = [x for x in labels_off(whole) if x.split()[0] not in said | OF_THRUST_OVER_MASS]
+    labels = [x for x in labels_of_file(whole) if x.split()[0] not in said | OF_THRUST_OVER_MASS]
     like, vehicle = whole, made.linear.observation.vehicle
     while labels:
         correcting = Scales(0.0, corrects=frozenset(labels))
-        tried = search.fitted([*made.labels, *labels], like, correcting, go_on=True)
+        tried = search.fitted([*made.labels, *labels], like, correcting, _ROUNDS, go_on=True)
         ended = beyond_bounds(tried.members, vehicle)
-        kept = [x for x in labels if x not in ended and within_file(tried, x)]
+        kept = [x for x in labels if x not in ended]
         if len(kept) == len(labels):
             kept = _telling(tried, labels)
         if _STEADY in kept and len(kept) == len(labels):
@@ -254,8 +260,8 @@ def _net(share: Array) -> float:
     return float(np.sum(np.log(np.clip(share, 1e-6, 1e6)[share > 0])))
 
 
-def _pruned(made: Fit) -> Given:
-    """The fit without the numbers for which an axis is predicted worse."""
+def _pruned(made: Fit) -> tuple[Fit, dict[str, str], dict[str, str]]:
+    """The fit without the numbers for which an axis is predicted worse, and labels of which none or some are left."""
     units = _units(made)
     theta, each = made.solution.theta.copy(), made.solution.each.copy()
     why: dict[str, str] = {}
@@ -277,7 +283,7 @@ def _pruned(made: Fit) -> Given:
         if all(u in gone for u, owner in units.items() if owner == units[best]):
             break  # what is left is fitted anew without it
     if not gone:
-        return Given(made)
+        return made, {}, {}
     lost, held_back = {}, {}
     for label, reason in why.items():
         own = [u for u, owner in units.items() if owner == label]
@@ -289,7 +295,7 @@ def _pruned(made: Fit) -> Given:
             at = places(columns[0].candidate, made.linear.observation.vehicle)
             names = ", ".join(f"{at[c.place].parameter}[{at[c.place].component}]" for c in columns)
             held_back[label] = f"without {names} in the model: {reason}, on flights that were not fitted"
-    return Given(_at(made, theta, each), lost, held_back)
+    return _at(made, theta, each), lost, held_back
 
 
 def _units(made: Fit) -> dict[tuple[int, ...], str]:

@@ -87,19 +87,19 @@ def file_numbers(made: Fit) -> tuple[FileNumber, ...]:
     return tuple(out)
 
 
-def labels_off(made: Fit) -> list[str]:
-    """Labels of the effects that say what these flights show the file to be off by; clocks and mounts are the log's."""
-    named = {c.label for c in made.linear.choices if np.isfinite(c.price)}
-    off = [c.candidate for c, *_ in _off(made) if c.candidate.label in named]
-    kinds = {c.label: c.cls.declared.kind for c in off if c.cls.declared is not None and c.cls.place != "measurement"}
-    return [label for label, kind in kinds.items() if kind not in OF_THE_LOG]
+def labels_of_file(made: Fit) -> list[str]:
+    """Labels of the effects that could say what the file is off by; clocks and mounts are the log's."""
+    named = dict.fromkeys(c.label for c in made.linear.choices if np.isfinite(c.price))
+    of = {c.candidate.label: c.candidate.cls for c in made.linear.columns}
+    kinds = {x: of[x].declared for x in named if of[x].place != "measurement"}
+    return [x for x, declared in kinds.items() if declared is not None and declared.kind not in OF_THE_LOG]
 
 
-def within_file(made: Fit, label: str) -> bool:
-    """Whether the numbers of an effect are no further off than those of files that are off by ten percent."""
-    spike = made.linear.spike(Scales(max(SCALES)))
-    own = [i for i, c in enumerate(made.linear.columns) if c.candidate.label == label]
-    return all(abs(made.solution.theta[i]) <= ORDINARY * spike[i] for i in own)
+def as_in_files(made: Fit, label: str) -> bool:
+    """Whether the numbers of an effect are no further off than in files that are off by ten percent."""
+    usual = made.linear.spike(Scales(max(SCALES)))
+    own = [c for i in made.chosen if made.linear.choices[i].label == label for c in made.linear.choices[i].columns]
+    return all(abs(made.solution.theta[c]) <= ORDINARY * usual[c] for c in own if usual[c] > 0)
 
 
 def _off(made: Fit) -> Iterator[tuple[Column, float, float, float]]:

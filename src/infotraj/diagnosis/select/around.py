@@ -14,7 +14,7 @@ from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.linear.sensitivities import sensitivities
 from infotraj.diagnosis.linear.sums import Sums, gathered, with_residual
 from infotraj.diagnosis.noise.spectra import Spectrum, Weights, binned, spectra, weights
-from infotraj.diagnosis.select.prior import SCALES, Scales, is_file_number, price, spikes
+from infotraj.diagnosis.select.prior import SCALES, SLAB, Scales, is_file_number, price, spikes
 from infotraj.diagnosis.select.score import Choice, Scorer
 from infotraj.effects.base import Effect
 from infotraj.rotations import Array
@@ -100,7 +100,8 @@ class Linear:
             return Scorer(self.absent, self.choices, self.kept, self.prior(scales), low, high, None, self.scatter)
         given = self._numbers(held)
         shifted = self.absent.shifted(given)
-        return Scorer(shifted, self.choices, (), self.prior(scales), low, high, given, self.scatter)
+        slab = self._slab(scales)
+        return Scorer(shifted, self.choices, (), self.prior(scales), low, high, given, self.scatter, slab)
 
     @property
     def scatter(self) -> Array | None:
@@ -123,10 +124,19 @@ class Linear:
         known = healthy.prior(owners, alone)
         return known if scales.common > 0.0 else np.zeros_like(known)
 
+    def _slab(self, scales: Scales) -> Array:
+        """Deviation (p,) of the numbers of what is chosen: what corrects the file is as far off as bad files."""
+        corrects = np.array([c.candidate.label in scales.corrects for c in self.columns], dtype=bool)
+        return np.where(corrects, self._of_files(Scales(max(SCALES))), SLAB)
+
+    def _of_files(self, scales: Scales) -> Array:
+        """Deviation (p,) of every column's number in files, 0 for what is no number of a file."""
+        owners = [(c.candidate, c.scale) for c in self.columns]
+        return spikes(owners, scales, self.observation.command_step, self.observation.vehicle)
+
     def spike(self, scales: Scales) -> Array:
         """Deviation of every column's file number, 0 for what is none; one linearisation of a number counts."""
-        step = self.observation.command_step
-        out = spikes([(c.candidate, c.scale) for c in self.columns], scales, step, self.observation.vehicle)
+        out = self._of_files(scales)
         seen: dict[tuple[str, int], int] = {}
         for i, c in enumerate(self.columns):
             if seen.setdefault((c.candidate.label, c.place), i) != i:

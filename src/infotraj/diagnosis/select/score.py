@@ -54,7 +54,8 @@ class Scorer:
 
     kept: columns of effects that stay (slab); prior (p, p): covariance of the numbers that are not chosen (spikes), 0
     where there is none; low, high (p,): bounds in usual sizes from absent; given (p,): numbers that are in the sums
-    already, and in every solution; scatter (p,): what every number differs by from flight to flight.
+    already, and in every solution; scatter (p,): what every number differs by from flight to flight; slab (p,):
+    deviation of a number that is chosen, the usual one where not given.
     """
 
     def __init__(
@@ -67,7 +68,9 @@ class Scorer:
         high: Array,
         given: Array | None = None,
         scatter: Array | None = None,
+        slab: Array | None = None,
     ) -> None:
+        self.slab = np.full(sums.width, SLAB) if slab is None else slab
         self.choices = tuple(choices)
         self.given = np.zeros(sums.width) if given is None else given
         self.kept, self.prior = np.array(kept, dtype=int), prior
@@ -295,7 +298,7 @@ class Scorer:
     def _with_slabs(self, columns: NDArray) -> Array:
         """Prior covariance (p, p) of all numbers: one with both a spike and a slab has the sum of their variances."""
         prior = self.prior.copy()
-        prior[columns, columns] += SLAB**2
+        prior[columns, columns] += self.slab[columns] ** 2
         prior[self.kept, self.kept] += SLAB**2
         return prior
 
@@ -310,10 +313,11 @@ class Scorer:
             if index.shape[1] == 0:
                 values.append(np.full(len(index), part.known))
                 continue
-            gram = part.gram[index[:, :, None], index[:, None, :]] + np.eye(index.shape[1]) / SLAB**2
+            slab = self.slab[index]
+            gram = part.gram[index[:, :, None], index[:, None, :]] + np.eye(index.shape[1]) / slab[:, :, None] ** 2
             right = part.right[index]
             found = np.linalg.solve(gram, right[..., None])[..., 0]
-            size = np.linalg.slogdet(gram)[1] + 2 * index.shape[1] * np.log(SLAB)
+            size = np.linalg.slogdet(gram)[1] + 2 * np.log(slab).sum(axis=1)
             values.append(part.known + 0.5 * (np.sum(found * right, axis=1) - size))
             if k == 0:
                 theta = found
@@ -331,10 +335,10 @@ class Scorer:
         at = np.array([bound[c] for c in place])
         for part in self.reduced:
             right = part.right - part.gram[:, place] @ at
-            gram = part.gram[np.ix_(free, free)] + np.eye(len(free)) / SLAB**2
+            gram = part.gram[np.ix_(free, free)] + np.diag(1.0 / self.slab[free] ** 2)
             found = np.linalg.solve(gram, right[free])
             fixed = at @ part.right[place] - 0.5 * at @ part.gram[np.ix_(place, place)] @ at
-            size = np.linalg.slogdet(gram)[1] + 2 * len(free) * np.log(SLAB)
+            size = np.linalg.slogdet(gram)[1] + 2 * np.log(self.slab[free]).sum()
             values.append(part.known + fixed + 0.5 * (found @ right[free] - size))
         return np.array(values)
 
@@ -365,7 +369,7 @@ class Scorer:
                 break
             place = np.array(list(bound), dtype=int)
             right = part.right[free] - part.gram[np.ix_(free, place)] @ [bound[c] for c in place]
-            gram = part.gram[np.ix_(free, free)] + np.eye(len(free)) / SLAB**2
+            gram = part.gram[np.ix_(free, free)] + np.diag(1.0 / self.slab[free] ** 2)
             theta = np.linalg.solve(gram, right)
             error = np.sqrt(np.maximum(np.diag(np.linalg.inv(gram)), 0.0))
         return bound
