@@ -88,9 +88,11 @@ def test_a_step_is_never_finer_than_single_precision_of_the_largest_value():
 
 
 def test_more_effects_than_boxes_share_the_last_box():
-    assert boxes(["a", "b"]) == (("a",), ("b",))
+    assert boxes([("a",), ("b",)]) == (("a",), ("b",))
     assert boxes([]) == ()
-    assert boxes(list("abcdef")) == (("a",), ("b",), ("c",), ("d", "e", "f"))
+    assert boxes([(x,) for x in "abcdef"]) == (("a",), ("b",), ("c",), ("d", "e", "f"))
+    assert boxes([("a",), ("b",), ("c",), ("d", "e")], True) == (("a",), ("b",), ("c",), ("d", "e"))
+    assert boxes([("a",), ("b",), ("c",), ("d",), ("e", "f")], True) == (("a",), ("b",), ("c", "d"), ("e", "f"))
 
 
 @pytest.mark.parametrize(

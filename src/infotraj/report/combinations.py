@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from infotraj.diagnosis.diagnosis import Diagnosis
-from infotraj.diagnosis.report.steps import HeldOut, floors, held_out, supported_labels
+from infotraj.diagnosis.report.steps import HeldOut, floors, given_groups, held_out
 from infotraj.progress import progress
 from infotraj.rotations import Array
 
@@ -38,10 +38,10 @@ class Combinations:
 def combinations(found: Diagnosis, seed: int = 0) -> Combinations:
     """Each combination computed as it is, by the model itself, not as a sum of what single effects change.
 
-    Beyond MOST effects the last box stands for all that matter less. seed: of the resamples, which are the same for all
+    Beyond MOST boxes one stands for all that matter less. seed: of the resamples, which are the same for all
     combinations.
     """
-    groups = boxes(supported_labels(found))
+    groups = boxes(given_groups(found), bool(found.beside))
     made, low, high = [], [], []
     for k in progress(range(2 ** len(groups)), "computing combination"):
         held = held_out(found, [x for bit, group in enumerate(groups) if k >> bit & 1 for x in group])
@@ -52,7 +52,11 @@ def combinations(found: Diagnosis, seed: int = 0) -> Combinations:
     return Combinations(groups, tuple(made), np.array(low), np.array(high), found.after.floor, floors(found))
 
 
-def boxes(labels: Sequence[str]) -> tuple[tuple[str, ...], ...]:
-    """One box a label, the last one for all that are left."""
-    single = [(x,) for x in labels]
-    return tuple(single) if len(single) <= MOST else (*single[: MOST - 1], tuple(labels[MOST - 1 :]))
+def boxes(groups: Sequence[tuple[str, ...]], corrected: bool = False) -> tuple[tuple[str, ...], ...]:
+    """One box a group; where they are too many, one for all that matter less, before that of the file: corrected, the
+    last group is that."""
+    if len(groups) <= MOST:
+        return tuple(groups)
+    last = len(groups) - corrected
+    few = MOST - 1 - corrected
+    return (*groups[:few], tuple(x for group in groups[few:last] for x in group), *groups[last:])

@@ -103,7 +103,7 @@ def _about(effects_from: Sequence[Path]) -> dict[str, Any]:
 
 
 def _fall(fall: Combinations, found: Diagnosis) -> dict[str, Any]:
-    labels = [" and ".join(called(found, x) for x in group) for group in fall.groups]
+    labels = [called(found, group) for group in fall.groups]
     # The steps of the waterfall are the combinations in which boxes are ticked from the first on.
     return {
         "boxes": [{"label": label, "effects": list(group)} for label, group in zip(labels, fall.groups, strict=True)],

@@ -60,16 +60,17 @@ class HeldOut:
 
 
 def steps(found: Diagnosis, seed: int = 0) -> Steps:
-    """Equation error on held-out flights after each supported effect, the one that matters most first.
+    """Equation error on held-out flights after each supported effect, what matters most first; the file comes last.
 
     The numbers of each step are fitted on the other folds (linearised at the fit to all), so no flight judges its own.
     """
-    labels = supported_labels(found)
+    groups = given_groups(found)
     rng = np.random.default_rng(seed)
-    made = [held_out(found, labels[:k]) for k in progress(range(len(labels) + 1), "computing step")]
+    so_far = [[x for group in groups[:k] for x in group] for k in range(len(groups) + 1)]
+    made = [held_out(found, labels) for labels in progress(so_far, "computing step")]
     low, high = zip(*(m.interval(rng) for m in made), strict=True)
     return Steps(
-        said([called(found, x) for x in labels]),
+        said([called(found, group) for group in groups]),
         np.array([m.rmse for m in made]),
         np.array(low),
         np.array(high),
@@ -87,18 +88,21 @@ def floors(found: Diagnosis) -> Array:
     return np.array([equation_error(found.model, f, start=found.start, stop=found.stop).floor for f in flights])
 
 
-def supported_labels(found: Diagnosis) -> list[str]:
-    """Labels of the effects of the model that is given that are named with confidence, what matters most first, then
-    of those that correct the file beside them."""
+def given_groups(found: Diagnosis) -> list[tuple[str, ...]]:
+    """Labels of the model that is given: each effect that is named with confidence, what matters most first, then all
+    that corrects the file beside them, which was fitted together."""
     rise = {f.name: f.evidence.rise for f in found.findings if f.evidence is not None}
     labels = [x for x in found.final.labels if found.finding(x.split()[0]).verdict in CONFIDENT]
-    beside = [x for x in found.final.labels if x.split()[0] in found.beside]
-    return [*sorted(labels, key=lambda x: -rise.get(x.split()[0], 0.0)), *beside]
+    beside = tuple(x for x in found.final.labels if x.split()[0] in found.beside)
+    named: list[tuple[str, ...]] = [(x,) for x in sorted(labels, key=lambda x: -rise.get(x.split()[0], 0.0))]
+    return [*named, beside] if beside else named
 
 
-def called(found: Diagnosis, label: str) -> str:
-    """An effect for a picture, and whether it corrects the file."""
-    return label.replace("_", " ") + (" (the file)" if label.split()[0] in found.beside else "")
+def called(found: Diagnosis, group: Sequence[str]) -> str:
+    """Effects for a picture, or that they correct the file."""
+    if group[0].split()[0] in found.beside:
+        return "the file corrected"
+    return " and ".join(x.replace("_", " ") for x in group)
 
 
 def said(labels: Sequence[str]) -> tuple[str, ...]:
@@ -107,7 +111,7 @@ def said(labels: Sequence[str]) -> tuple[str, ...]:
 
 
 def held_out(found: Diagnosis, labels: Sequence[str]) -> HeldOut:
-    """The errors with these effects of the model that is given (see `supported_labels`), by blocks of the flights."""
+    """The errors with these effects of the model that is given (see `given_groups`), by blocks of the flights."""
     made = found.final
     linear = made.linear
     cut = linear.observation.blocks
