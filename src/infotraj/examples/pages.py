@@ -119,16 +119,18 @@ def difference(said: str, now: str) -> str | None:
 
 def _printed(commands: str, folder: Path) -> str:
     front = f'infotraj() {{ "{sys.executable}" -m infotraj.cli "$@"; }}\npython() {{ "{sys.executable}" "$@"; }}\n'
+    # What goes through a pipe may come before or after what is said beside it: here it comes before.
+    piped = " | " in commands
     done = subprocess.run(
         ["bash", "-c", front + commands],
         cwd=folder,
         env={**os.environ, "INFOTRAJ_CACHE": str(folder / ".cache"), "COLUMNS": "80"},
         stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
+        stderr=subprocess.PIPE if piped else subprocess.STDOUT,
         text=True,
         check=False,
     )
-    return _without(done.stdout, folder)
+    return _without(done.stdout + (done.stderr or ""), folder)
 
 
 def _executed(session: dict[str, Any], code: str, folder: Path) -> str:
