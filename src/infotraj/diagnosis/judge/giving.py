@@ -56,6 +56,8 @@ class Given:
 
 def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
     """The model with the effects `labels`, from the fit of all that the search took."""
+    if not search.known:
+        return Given(whole, {})
     observation = search.observation
     of_ratio: dict[str, Fit] = {}
     beside: tuple[str, ...] = ()
