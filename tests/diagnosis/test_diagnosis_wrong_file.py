@@ -17,6 +17,7 @@ from infotraj.diagnosis.judge import numbers
 from infotraj.diagnosis.judge.numbers import THRUST_OVER_MASS
 from infotraj.diagnosis.linear.candidates import Candidate, places, raw, read, slopes, written
 from infotraj.diagnosis.report.following import next_command
+from infotraj.diagnosis.report.steps import given_groups
 from infotraj.diagnosis.report.summary import as_dict, as_text
 from infotraj.diagnosis.select.prior import Scales
 from infotraj.effects import catalogue
@@ -182,7 +183,10 @@ def test_what_corrects_a_file_is_told_to_be_far_off_where_it_is(monkeypatch):
     assert all(e["ordinary"] for e in as_dict(found)["corrected"])
     monkeypatch.setattr(numbers, "ORDINARY", 0.0)
     far = [e["name"] for e in as_dict(found)["corrected"] if not e["ordinary"]]
-    assert far
+    assert far == [e.name for e in found.model.effects]
+    (group,) = given_groups(found)
+    assert sorted(group) == sorted(m.candidate.label for m in found.final.members)
+    assert {"thrust_scale", "mass_offset"} & set(far)
     assert as_text(found).count("further off than in a file that is wrong by 10 %: look at the vehicle") == len(far)
 
 

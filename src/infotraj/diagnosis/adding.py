@@ -1,5 +1,5 @@
-"""Adds named effects to a model, fitted to flights, whether the flights need them or not; thrust over mass is corrected
-as in the model that `diagnose` gives."""
+"""Adds named effects to a model, fitted to flights, whether the flights need them or not; the file is corrected as in
+the model that `diagnose` gives."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from infotraj.diagnosis.diagnosis import held_members
 from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.gates.observing import observe
 from infotraj.diagnosis.judge.giving import given
-from infotraj.diagnosis.judge.numbers import fitted_numbers
+from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS, fitted_numbers
 from infotraj.diagnosis.linear.candidates import candidates
 from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.prior import Scales, file_only, is_file_number
@@ -155,9 +155,9 @@ def _given(search: Search, found: Fit, asked: Sequence[str]) -> tuple[Fit, tuple
     """The model that is given of what was found beside the file's own errors, as `diagnose` gives it, and labels of
     what corrects the file in it. What was asked for stays whole, even where flights are predicted worse for it."""
     made = given(search, found, asked)
-    if not (made.lost or made.held_back):
+    if not (made.lost or made.held_back.keys() & set(asked)):
         return made.fit, made.beside
-    correcting = Scales(0.0, corrects=frozenset(made.beside))
+    correcting = Scales(0.0, corrects=frozenset(made.beside) - OF_THRUST_OVER_MASS)
     return search.fitted([*asked, *made.beside], found, correcting, go_on=True), made.beside
 
 

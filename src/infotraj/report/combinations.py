@@ -1,4 +1,4 @@
-"""The held-out errors of every combination of the supported effects: what ticking and unticking them shows."""
+"""The held-out errors of every combination of what is named and the file: what ticking and unticking them shows."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ MOST = 4  # boxes: every further one would double what the page holds
 
 @dataclass(frozen=True)
 class Combinations:
-    """groups: what each box adds, labels of effects, the one that matters most first; made[k]: the errors with the
-    boxes that are the bits of k, so made[0] is the model as given and made[-1] the one with everything; low, high
+    """groups: what each box adds, labels of effects, what matters most first and the file last; made[k]: errors with
+    the boxes that are the bits of k, so made[0] is the model as given and made[-1] the one with everything; low, high
     (combinations, 6): 95 % of the RMSE; floor (6,), floors (flights, 6): what noise leaves with everything in the
     model, the one floor of all combinations and the one that `diagnose` prints."""
 

@@ -1,7 +1,7 @@
 """From the set that the search took to what is named and to the model that is given.
 
-What is named is judged beside what else is named: an effect that does not predict, that ends at a bound in the model
-that is given or that spoils it leaves the set, and the others are fitted and judged anew without it.
+What is named is judged beside what else is named: an effect that does not predict, that ends at a bound or that spoils
+the model that is given leaves the set, and the others are fitted and judged anew without it.
 """
 
 from __future__ import annotations

@@ -44,7 +44,8 @@ class Given:
     """The fit of the model that is given. lost: labels of effects of which no number is left, and why; held_back: the
     same for effects of which numbers stay absent though they are sure; beside: labels that no name is given for, which
     correct the file; of_ratio: fits with each label that could correct thrust over mass, what predicts best first;
-    at_bound: labels whose numbers end at a physical bound beside the file as it is: correcting it changes no name."""
+    at_bound: labels whose numbers end at a physical bound beside the file as it is but for thrust over mass: what else
+    corrects it makes no bound, and takes none away."""
 
     fit: Fit
     at_bound: dict[str, str]
@@ -74,7 +75,7 @@ def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
         at_bound = beyond_bounds(made.members, observation.vehicle)
         # Beside rotors that are off one by one the mass may be what is left, and the thrust of all beside others.
         tried = {x: _corrected(search, whole, fit) for x, fit in (of_ratio or {"": made}).items()}
-        best = min(tried, key=lambda x: _net(_shares(tried[x][0])))
+        best = min(tried, key=lambda x: _net(_shares(tried[x][0]))) if len(tried) > 1 else next(iter(tried))
         made, beside = tried[best]
         if of_ratio:
             beside, of_ratio = (best, *beside), {best: of_ratio[best], **of_ratio}
@@ -83,6 +84,8 @@ def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
         # What was judged is the model at these numbers, of which the last step may not have been taken.
         made = _at(made, made.solution.theta, made.solution.each)
     fit, lost, held_back = _pruned(made)
+    stay = beyond_bounds(fit.members, observation.vehicle)
+    at_bound = {k: v for k, v in at_bound.items() if k in stay or k not in held_back}
     left = {m.candidate.label for m in fit.members if _as_before(m, observation)}
     lost |= {x: lost.get(x, "the model that predicts best has nothing of it") for x in left}
     beside, absent = tuple(x for x in beside if x not in lost), set(beside) & lost.keys()
@@ -93,6 +96,8 @@ def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
 def _of_ratio(search: Search, whole: Fit, labels: Sequence[str], bare: Fit, ratio: Sequence[str]) -> dict[str, Fit]:
     """The model with each label that may correct the file's thrust over mass, where it predicts better with it."""
     tried = {x: search.fitted([*labels, x], whole, Scales(0.0), _ROUNDS, go_on=True) for x in ratio}
+    if not ratio:
+        return {}
     least = _net(_shares(bare)) - np.log(_WORSE)
     net = {x: _net(_shares(made)) for x, made in tried.items() if not _ends(made, bare)}
     return {x: tried[x] for x in sorted(net, key=lambda x: net[x]) if net[x] < least}

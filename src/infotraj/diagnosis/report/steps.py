@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from infotraj.comparing.equation_error import AXES, EquationError, equation_error
 from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.judge.evidence import resampled
-from infotraj.diagnosis.judge.verdicts import CONFIDENT
 from infotraj.progress import progress
 from infotraj.rotations import Array
 
@@ -92,8 +91,8 @@ def given_groups(found: Diagnosis) -> list[tuple[str, ...]]:
     """Labels of the model that is given: each effect that is named with confidence, what matters most first, then all
     that corrects the file beside them, which was fitted together."""
     rise = {f.name: f.evidence.rise for f in found.findings if f.evidence is not None}
-    labels = [x for x in found.final.labels if found.finding(x.split()[0]).verdict in CONFIDENT]
     beside = tuple(x for x in found.final.labels if x.split()[0] in found.beside)
+    labels = [x for x in found.final.labels if x not in beside and x.split()[0] in found.supported]
     named: list[tuple[str, ...]] = [(x,) for x in sorted(labels, key=lambda x: -rise.get(x.split()[0], 0.0))]
     return [*named, beside] if beside else named
 

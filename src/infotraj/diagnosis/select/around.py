@@ -127,7 +127,10 @@ class Linear:
     def _slab(self, scales: Scales) -> Array:
         """Deviation (p,) of the numbers of what is chosen: what corrects the file is as far off as bad files."""
         corrects = np.array([c.candidate.label in scales.corrects for c in self.columns], dtype=bool)
-        return np.where(corrects, self._of_files(Scales(max(SCALES))), SLAB)
+        if not corrects.any():
+            return np.full(len(self.columns), SLAB)
+        of_files = self._of_files(Scales(max(SCALES)))
+        return np.where(corrects & (of_files > 0), of_files, SLAB)
 
     def _of_files(self, scales: Scales) -> Array:
         """Deviation (p,) of every column's number in files, 0 for what is no number of a file."""

@@ -323,7 +323,7 @@ class Search:
             x if c.candidate.label in inside else y
             for c, x, y in zip(now.columns, now.now, made.solution.theta, strict=True)
         ]
-        file = np.array([is_file_number(c.candidate) for c in now.columns])
+        file = np.array([is_file_number(c.candidate) for c in now.columns], dtype=bool)
         taken = np.isin(np.arange(len(file)), [c for i in made.chosen for c in now.choices[i].columns])
         point = now.members(made.chosen, np.where(file & ~taken, 0.0, numbers), shift=np.inf)
         return linearised(self.observation, point, self.known, like=now, frozen=frozen or made.exact)
