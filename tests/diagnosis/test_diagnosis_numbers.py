@@ -20,16 +20,6 @@ from infotraj.vehicle import load_vehicle
 VEHICLE = load_vehicle(Path(__file__).parents[2] / "config/vehicles/quadrotor.yaml")
 
 
-@pytest.mark.parametrize(
-    ("name", "number"),
-    [("mass_offset", {"dm": 0.2}), ("thrust_scale", {"factor": 0.8}), ("coaxial_loss", {"fraction": 0.4})],
-)
-def test_an_effect_on_thrust_over_mass_stands_for_the_same_ratio(name, number):
-    pairs = [r.model_copy(update={"coaxial": "lower" if i % 2 else None}) for i, r in enumerate(VEHICLE.rotors)]
-    vehicle = VEHICLE.model_copy(update={"mass": 0.8, "rotors": tuple(pairs)})
-    assert numbers._ratio_of(effect_class(name)(**number), vehicle) == pytest.approx(np.log(0.8))
-
-
 @pytest.mark.parametrize("rotor", range(4))
 @pytest.mark.parametrize("axis", range(3))
 def test_a_corrected_file_makes_the_torque_that_was_found(rotor, axis):

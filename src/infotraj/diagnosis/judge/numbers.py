@@ -11,14 +11,10 @@ import numpy as np
 from infotraj.diagnosis.judge.evidence import overdispersion
 from infotraj.diagnosis.linear.candidates import Candidate, places, slopes
 from infotraj.diagnosis.linear.observation import Member
-from infotraj.diagnosis.select.around import Column, Linear
+from infotraj.diagnosis.select.around import Column
 from infotraj.diagnosis.select.prior import OF_THE_LOG, SCALES, Scales
 from infotraj.diagnosis.select.search import Fit
-from infotraj.effects.base import Effect
-from infotraj.effects.rigid_body import MassOffset
-from infotraj.effects.thrust import CoaxialLoss, ThrustScale
 from infotraj.rotations import Array
-from infotraj.vehicle import Vehicle
 
 ORDINARY = 3.0  # standard deviations of this file's own errors: further off, a number is a finding
 OF_THRUST_OVER_MASS = frozenset({"mass_offset", "thrust_scale", "coaxial_loss"})  # names that say it
@@ -99,29 +95,6 @@ def labels_of_file(made: Fit) -> list[str]:
     return [x for x, declared in kinds.items() if declared is not None and declared.kind not in OF_THE_LOG]
 
 
-def as_in_files(made: Fit, label: str) -> bool:
-    """Whether the numbers of an effect are no further off than in files that are off by ten percent."""
-    worst = Scales(max(SCALES))
-    if label in OF_THRUST_OVER_MASS:
-        effect = next(m.effect for m in made.members if m.candidate.label == label)
-        spread = float(np.linalg.norm(_of_ratio(made.linear) * made.linear.spike(worst)))
-        return abs(_ratio_of(effect, made.linear.observation.vehicle)) <= ORDINARY * spread
-    usual = made.linear.spike(worst)
-    own = [c for i in made.chosen if made.linear.choices[i].label == label for c in made.linear.choices[i].columns]
-    return all(abs(made.solution.theta[c]) <= ORDINARY * usual[c] for c in own if usual[c] > 0)
-
-
-def _ratio_of(effect: Effect, vehicle: Vehicle) -> float:
-    """The logarithm by which an effect changes the thrust of all rotors over the mass."""
-    if isinstance(effect, MassOffset) and vehicle.mass:
-        return float(np.log(vehicle.mass / (vehicle.mass + effect.dm)))
-    if isinstance(effect, ThrustScale):
-        return float(np.log(effect.factor))
-    if isinstance(effect, CoaxialLoss):
-        return float(np.log(1.0 - effect.fraction * np.mean([r.coaxial == "lower" for r in vehicle.rotors])))
-    return 0.0
-
-
 def _off(made: Fit) -> Iterator[tuple[Column, float, float, float]]:
     """File numbers that are sure not to be what the file says: column, number, its standard error and what this file is
     off by, usual sizes."""
@@ -154,7 +127,15 @@ def thrust_over_mass(made: Fit, scales: Scales | None = None) -> list[FileNumber
     if {x.split()[0] for x in labels} & OF_THRUST_OVER_MASS or not vehicle.mass:
         return []
     spike, covariance = linear.spike(scales or made.scales), overdispersion(made)[1]
-    weight = np.where([c.candidate.label in labels for c in linear.columns], 0.0, _of_ratio(linear)) * (spike > 0)
+    weight = np.zeros(len(linear.columns))
+    for i, c in enumerate(linear.columns):
+        name = c.candidate.name
+        if c.candidate.label in labels:
+            continue
+        if name == "rotor_effectiveness" and spike[i] > 0:
+            weight[i] = c.scale / len(vehicle.rotors)
+        elif name == "mass_offset" and spike[i] > 0:
+            weight[i] = -c.scale / vehicle.mass
     # Coordinates are logarithms: a ratio is a sum.
     total, error = float(weight @ made.solution.theta), float(np.sqrt(weight @ covariance @ weight))
     if error <= 0 or abs(total) < _SEEN * error:
@@ -162,18 +143,6 @@ def thrust_over_mass(made: Fit, scales: Scales | None = None) -> list[FileNumber
     ordinary = abs(total) < ORDINARY * float(np.linalg.norm(weight * spike))
     factor = float(np.exp(total))
     return [FileNumber(THRUST_OVER_MASS, 1.0, factor, error * factor, ordinary)]
-
-
-def _of_ratio(linear: Linear) -> Array:
-    """By what logarithm thrust over mass changes with every column's number, (p,)."""
-    vehicle = linear.observation.vehicle
-    weight = np.zeros(len(linear.columns))
-    for i, c in enumerate(linear.columns):
-        if c.candidate.name == "rotor_effectiveness":
-            weight[i] = c.scale / len(vehicle.rotors)
-        elif c.candidate.name == "mass_offset" and vehicle.mass:
-            weight[i] = -c.scale / vehicle.mass
-    return weight
 
 
 def out_of_line(made: Fit) -> bool:

@@ -9,7 +9,6 @@ import numpy as np
 from infotraj.checking.acceptance import accepted_in, accepted_lines
 from infotraj.comparing.equation_error import AXES
 from infotraj.diagnosis.diagnosis import Diagnosis
-from infotraj.diagnosis.judge.numbers import as_in_files
 from infotraj.diagnosis.judge.verdicts import Finding
 from infotraj.diagnosis.report.reasons import about_takes, why
 from infotraj.diagnosis.report.vehicle_file import ONE_FINDING, by_ratio
@@ -30,10 +29,7 @@ def as_dict(found: Diagnosis) -> dict[str, Any]:
             "summary": sentence(found),
         },
         "effects": [_effect(f, found.healthy_numbers(f)) for f in found.findings],
-        "corrected": [
-            {"name": e.name, "parameters": v, "standard_errors": s, "ordinary": usual}
-            for e, v, s, usual in _corrected(found)
-        ],
+        "corrected": [{"name": e.name, "parameters": v, "standard_errors": s} for e, v, s in _corrected(found)],
         "reference": _reference(found),
         "error": {
             "before": _axes(found.before.rmse),
@@ -89,19 +85,13 @@ def as_dict(found: Diagnosis) -> dict[str, Any]:
     }
 
 
-def _corrected(found: Diagnosis) -> list[tuple[Effect, dict[str, Any], dict[str, Any], bool]]:
+def _corrected(found: Diagnosis) -> list[tuple[Effect, dict[str, Any], dict[str, Any]]]:
     """Effects of the model that correct the file beside the named ones: each with its numbers, of which rotor they are
-    too, standard errors, and whether they are no further off than in files that are off by ten percent."""
+    too, and standard errors."""
     made = zip(found.model.effects, found.errors_of, strict=False)
     places = {p.name for e in found.model.effects for p in e.parameters if p.index}
-    label = {id(m.effect): m.candidate.label for m in found.final.members}
     return [
-        (
-            e,
-            {k: v for k, v in e.values.items() if k in errors or k in places},
-            errors,
-            as_in_files(found.final, label[id(e)]),
-        )
+        (e, {k: v for k, v in e.values.items() if k in errors or k in places}, errors)
         for e, errors in made
         if e.name in found.beside
     ]
@@ -185,11 +175,12 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
             number = f"{_short(n.value)} +- {_short(n.standard_error)}{f' {n.unit}' if n.unit else ''}"
             number += f", not {_short(n.declared)}" + ("" if n.ordinary else "; out of line with the rest of the file")
             lines.append(f"    {n.name}: {number} ({ONE_FINDING})" if part else f"  {n.name}: {number}")
-    for effect, has, deviations, as_usual in _corrected(found):
+    for effect, has, deviations in _corrected(found):
         numbers = " ".join(f"{k}={_plus_minus(v, deviations.get(k))}" for k, v in has.items())
         beside = ", beside what is named" if found.supported else "; nothing is named"
-        far = "" if as_usual else "; further off than in a file that is wrong by 10 %: look at the vehicle"
-        lines.append(f"the new model corrects the file{beside}: {effect.name} {numbers}{far}")
+        lines.append(f"the new model corrects the file{beside}: {effect.name} {numbers}")
+    if len(_corrected(found)) > 1:
+        lines.append("corrections predict together; one may stand for another: what your file should say is above")
     explained = {s.axis for s in found.unexplained.axes}
     for axis, error in stays(found).items():
         if axis not in explained and "v" + axis[1] not in explained:
