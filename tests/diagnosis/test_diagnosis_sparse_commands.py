@@ -114,7 +114,7 @@ def test_the_commands_take_and_hand_on_how_to_read(tmp_path):
     run = CliRunner().invoke(cli, ["diagnose", vehicle, *paths, "--command-steps", "4", "--save-model", new])
     assert run.exit_code == 0, run.output
     assert "read as 4 steps" in run.output
-    assert "--command-steps 4" in run.output.splitlines()[-1]
+    assert "--command-steps 4" in next(line for line in run.output.splitlines() if line.startswith("next: "))
     assert "--command-steps 4" in Path(new).read_text()
     errors = {}
     for steps in ("1", "4"):
