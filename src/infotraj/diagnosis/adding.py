@@ -16,10 +16,10 @@ from infotraj.diagnosis.diagnosis import held_members
 from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.gates.observing import observe
 from infotraj.diagnosis.judge.giving import given
-from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS, fitted_numbers
+from infotraj.diagnosis.judge.numbers import fitted_numbers
 from infotraj.diagnosis.linear.candidates import candidates
 from infotraj.diagnosis.select.bounds import beyond_bounds
-from infotraj.diagnosis.select.prior import Scales, file_only, is_file_number
+from infotraj.diagnosis.select.prior import file_only, is_file_number
 from infotraj.diagnosis.select.reading import as_commanded
 from infotraj.diagnosis.select.search import Fit, Search
 from infotraj.diagnosis.select.swinging import swung
@@ -35,8 +35,8 @@ class Added:
     """A model with effects added: their names, standard errors of all its effects, equation error before and after.
 
     ended: effects whose numbers stopped at a physical bound, and how; command_steps: that commands were taken to make
-    from row to row, 1 where they were held; accepted: findings about the flights that the user overruled; beside: names
-    of effects that nobody asked for and that correct the file, last in the model.
+    from row to row, 1 where they were held; accepted: findings about the flights that the user overruled; beside:
+    labels of effects that nobody asked for and that correct the file, last in the model.
     """
 
     model: Model
@@ -72,11 +72,18 @@ class Added:
         }
 
     def as_text(self) -> str:
-        """A line an effect, then a line an axis."""
+        """A line an effect, one of what corrects the file, then a line an axis."""
+        from infotraj.diagnosis.report.summary import corrected_by
+
         lines = []
         for e, s in zip(self.model.effects, self.errors, strict=True):
             said = f"{e.name}: {', '.join(_number(k, v, s.get(k)) for k, v in e.values.items())}"
-            lines.append(f"{said}; it corrects the file" if e.name in self.beside else said)
+            if e.label not in self.beside:
+                lines.append(said)
+            elif len(self.beside) == 1:
+                lines.append(f"{said}; it corrects the file")
+        if len(self.beside) > 1:
+            lines.append(f"these correct the file, and predict together: {corrected_by(self.beside)}")
         for label, how in self.ended.items():
             lines.append(
                 f"WARNING {label}: {how}: no measured number, the truth may lie beyond; something else is missing"
@@ -147,7 +154,7 @@ def add(
         beyond_bounds(made.members, vehicle),
         max(command_steps(s.flight) for s in search.observation.samples),
         tuple(accepted_in(flights)),
-        tuple(label.split()[0] for label in corrects),
+        tuple(corrects),
     )
 
 
@@ -157,8 +164,7 @@ def _given(search: Search, found: Fit, asked: Sequence[str]) -> tuple[Fit, tuple
     made = given(search, found, asked)
     if not (made.lost or made.held_back.keys() & set(asked)):
         return made.fit, made.beside
-    correcting = Scales(0.0, corrects=frozenset(made.beside) - OF_THRUST_OVER_MASS)
-    return search.fitted([*asked, *made.beside], found, correcting, go_on=True), made.beside
+    return search.fitted([*asked, *made.beside], found, made.fit.scales, go_on=True), made.beside
 
 
 def _number(name: str, value: Any, error: Any) -> str:

@@ -57,7 +57,7 @@ class Diagnosis:
     standard errors of its effects, in the model's order; file: what the vehicle file should say; at_bound: labels of
     effects whose numbers stopped at a physical bound, and how; coherence (6,): share of what was measured that goes
     with the model as given; whole: the fit of the effects that predict; final: that of the model that is given; beside:
-    names of its effects that are no finding and correct the file, for the named ones to hold; start,
+    labels of its effects that are no finding and correct the file, for the named ones to hold; start,
     stop: s, the part of every flight that was used; healthy: what they were held against in place of the model.
     """
 
@@ -184,8 +184,8 @@ def diagnose(
     final, supported = made.fit, named(findings)
     # What only effects explain that do not predict is left.
     left = left if told is whole else unexplained(told, matters, one)
-    into = {*supported, *(label.split()[0] for label in made.beside)}
-    chosen = [m for m in final.members if not m.held and m.candidate.name in into]
+    into = [m for m in final.members if not m.held]
+    chosen = [m for m in into if m.candidate.name in supported or m.candidate.label in made.beside]
     added = [*(m for m in final.members if m.held), *chosen] if chosen else list(held)
     after_model = observation.model(added) if chosen else model
     as_given = refusal.compared(model, seen, start, stop)
@@ -211,7 +211,7 @@ def diagnose(
         search,
         told,
         final,
-        tuple(dict.fromkeys(label.split()[0] for label in made.beside)),
+        made.beside,
         start,
         stop,
         healthy,

@@ -137,6 +137,11 @@ class Effect(ABC):
         array.setflags(write=False)
         return array
 
+    @property
+    def label(self) -> str:
+        """Name, and which rotor it is of: `rotor_effectiveness 3`."""
+        return " ".join([self.name, *(str(int(getattr(self, p.name))) for p in self.parameters if p.index)])
+
     @classmethod
     def form(cls, vehicle: Vehicle, flight: Flight) -> tuple[Parameter, ...]:
         """The parameters to fit on this vehicle and flight: all that are not an index, unless overridden."""

@@ -17,6 +17,8 @@ from pathlib import Path
 from types import ModuleType
 
 from infotraj.effects.base import Effect
+from infotraj.effects.rotor_place import RotorPlace
+from infotraj.effects.rotor_torque import RotorTorque
 from infotraj.errors import InputError, UsageError, problem
 
 ENVIRONMENT = "INFOTRAJ_EFFECTS"
@@ -46,8 +48,10 @@ def catalogue(paths: Iterable[str | Path] = ()) -> dict[str, type[Effect]]:
 
 
 def effect_class(name: str, paths: Iterable[str | Path] = ()) -> type[Effect]:
-    """The effect of that name. UsageError, with the names that come close, where there is none."""
+    """The effect of that name, or the number of the file. UsageError, with the names that come close, for no such."""
     known = catalogue(paths)
+    if name in (of_file := {c.name: c for c in (RotorPlace, RotorTorque)}):
+        return of_file[name]
     if name not in known:
         import difflib
 

@@ -1,11 +1,11 @@
 """The model that is given: what is named is added, and flights that were not fitted are predicted better for it.
 
-Numbers are fitted beside the file as it is, as far as they can take along what the file is off by. What corrects the
-file beside them is in the model, too, where flights that were not fitted are predicted better for it. First
-comes thrust over mass, which `thrust_scale` says, or `mass_offset`: nearly every force is told beside the thrust, and a
-fall of it with the voltage is none beside a file that is right at half of the charge. A number with which an axis is
-still predicted worse stays absent where it spoils more than it mends: what a wrong file has cancelled by chance on one
-axis is no reason against a number that takes most of the error off another.
+Every number of the file is in the model as these flights have it, where flights that were not fitted are predicted
+better for it. Else numbers are fitted beside the file as it is, as far as they can take along what the file is off by,
+or beside its thrust over mass alone, which `thrust_scale` says, or `mass_offset`: nearly every force is told beside the
+thrust, and a fall of it with the voltage is none beside a file that is right at half of the charge. A number with which
+an axis is still predicted worse stays absent where it spoils more than it mends: what a wrong file has cancelled by
+chance on one axis is no reason against a number that takes most of the error off another.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from infotraj.comparing.equation_error import equation_error
 from infotraj.comparing.statistics import statistics
 from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.judge.needed import TELLS
-from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS, labels_of_file, thrust_over_mass
+from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS, labels_of_file, out_of_line, thrust_over_mass
 from infotraj.diagnosis.linear.candidates import places
 from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.measure.residual import FlightSamples
 from infotraj.diagnosis.noise.spectra import binned, spectra
 from infotraj.diagnosis.select.bounds import beyond_bounds
-from infotraj.diagnosis.select.prior import Scales
+from infotraj.diagnosis.select.prior import SCALES, Scales
 from infotraj.diagnosis.select.score import Solution
 from infotraj.diagnosis.select.search import Fit, Search
 from infotraj.flight import VELOCITY, Flight
@@ -73,12 +73,12 @@ def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
         of_ratio = _of_ratio(search, whole, labels, made, _ratio(search, whole, labels))
         made = next(iter(of_ratio.values()), made)
         at_bound = beyond_bounds(made.members, observation.vehicle)
-        # Beside rotors that are off one by one the mass may be what is left, and the thrust of all beside others.
-        tried = {x: _corrected(search, whole, fit) for x, fit in (of_ratio or {"": made}).items()}
-        best = min(tried, key=lambda x: _net(_shares(tried[x][0]))) if len(tried) > 1 else next(iter(tried))
-        made, beside = tried[best]
-        if of_ratio:
-            beside, of_ratio = (best, *beside), {best: of_ratio[best], **of_ratio}
+        ratio = next(iter(of_ratio), None)
+        asked = [*labels, ratio] if ratio and out_of_line(whole) else labels
+        corrected = _corrected(search, whole, made, asked)
+        beside = (ratio,) if ratio and (corrected is None or asked is not labels) else ()
+        if corrected is not None:
+            made, beside = corrected, (*beside, *(x for x in corrected.labels if x in corrected.scales.corrects))
         if not labels and not beside:
             return Given(whole, {})
         # What was judged is the model at these numbers, of which the last step may not have been taken.
@@ -103,51 +103,39 @@ def _of_ratio(search: Search, whole: Fit, labels: Sequence[str], bare: Fit, rati
     return {x: tried[x] for x in sorted(net, key=lambda x: net[x]) if net[x] < least}
 
 
-def _corrected(search: Search, whole: Fit, made: Fit) -> tuple[Fit, tuple[str, ...]]:
-    """The model with what corrects further numbers of the file, and its labels.
+def _corrected(search: Search, whole: Fit, made: Fit, asked: Sequence[str]) -> Fit | None:
+    """The model with what is asked for and every number of the file; None where the model `made` predicts as well.
 
-    All are fitted together, from the numbers that the search found for them, each as far off as in a bad file: torques
-    may be off for sure, and neither the centre of mass nor a rotor be so; a lag that is too short hides behind a delay
-    for as long as only one of them may move. Then what tells little leaves, the least first.
+    Each number is as far off beforehand as those of a file, all by a common factor: the one with which flights that
+    were not fitted are predicted best (ridge regression, Hoerl and Kennard 1970; the factor by cross-validation, Stone
+    1974). Marginal likelihood takes too large a one where noise is not what it is taken for.
     """
-    said = {x.split()[0] for x in (*made.labels, *(m.candidate.label for m in search.held))}
-    labels = [x for x in labels_of_file(whole) if x.split()[0] not in said | OF_THRUST_OVER_MASS]
-    like, vehicle = whole, made.linear.observation.vehicle
-    while labels:
-        correcting = Scales(0.0, corrects=frozenset(labels))
-        tried = search.fitted([*made.labels, *labels], like, correcting, _ROUNDS, go_on=True)
-        ended = beyond_bounds(tried.members, vehicle)
-        kept = [x for x in labels if x not in ended]
-        if len(kept) == len(labels):
-            kept = _telling(tried, labels)
-        if _STEADY in kept and len(kept) == len(labels):
-            without = search.fitted([x for x in tried.labels if x != _STEADY], tried, correcting, go_on=True)
-            kept = kept if _on_the_path(tried, without) else [x for x in kept if x != _STEADY]
-        if len(kept) == len(labels):
-            better = _net(_shares(tried)) < _net(_shares(made)) - TELLS
-            return (tried, tuple(labels)) if better and not _ends(tried, made) else (made, ())
-        labels, like = kept, tried
-    return made, ()
+    file = [x for x in labels_of_file(whole) if x not in {*asked, *(m.candidate.label for m in search.held)}]
+    moving = np.array([refusal.axis_group(a) is not None for a in whole.linear.sums.axes])
+    if _STEADY in file:
+        rest = [x for x in file if x != _STEADY]
+        both = (_with_file(search, whole, asked, x, whole.scales.common) for x in (file, rest))
+        file = file if _on_the_path(*both) else rest
+    if not file:
+        return None
+    tried = [_with_file(search, whole, asked, file, s) for s in SCALES]
+    best = min(tried, key=lambda f: _net(_shares(f)[moving]))
+    fit = search.fitted(best.labels, whole, best.scales, _ROUNDS)
+    better = _net(_shares(fit)[moving]) < _net(_shares(made)[moving]) - TELLS
+    return fit if better and not _ends(fit, made) else None
 
 
-def _telling(tried: Fit, labels: Sequence[str]) -> list[str]:
-    """Of these labels those without which flights not fitted are predicted worse, as the linear model has it."""
-    left = list(labels)
-    while left:
-        rest = {x: [y for y in tried.labels if y != x and y not in set(labels) - set(left)] for x in left}
-        everything = _error_with(tried, [y for y in tried.labels if y not in set(labels) - set(left)])
-        loss = {x: float(0.5 * np.sum(np.log(_error_with(tried, rest[x]) / everything))) for x in left}
-        least = min(left, key=lambda x: loss[x])
-        if loss[least] >= TELLS:
-            break
-        left.remove(least)
-    return left
+def _with_file(search: Search, whole: Fit, asked: Sequence[str], file: Sequence[str], common: float) -> Fit:
+    """What is asked for and every number of the file, as the model around `whole` has them; common: how far it is off.
 
-
-def _error_with(fit: Fit, labels: Sequence[str]) -> Array:
-    """Error (axes,) of flights not fitted with these effects, as the linear model has it."""
-    solution = fit.scorer.solution(fit.linear.labelled(labels))
-    return np.maximum(fit.linear.absent.plain_error(solution.each), 1e-300)
+    What is wrong with clocks and mounts of the log is fitted along, and no part of the model.
+    """
+    times = common / whole.scales.common
+    scales = Scales(common, {k: times * x for k, x in whole.scales.kinds.items()}, frozenset(file))
+    chosen = whole.linear.labelled([*asked, *file])
+    solution = whole.linear.scorer(scales, search.held).solution(chosen)
+    made = replace(whole, chosen=chosen, scales=scales, held=search.held)
+    return _at(made, solution.theta, solution.each)
 
 
 def _on_the_path(tried: Fit, made: Fit) -> bool:
@@ -287,12 +275,12 @@ def _pruned(made: Fit) -> tuple[Fit, dict[str, str], dict[str, str]]:
         why.setdefault(units[best], f"{axis} is predicted worse with it, by {100 * (share[k] - 1):.0f} %")
         gone.add(best)
         theta, each = tried[best]
-        if all(u in gone for u, owner in units.items() if owner == units[best]):
+        if units[best] in made.labels and all(u in gone for u, owner in units.items() if owner == units[best]):
             break  # what is left is fitted anew without it
     if not gone:
         return made, {}, {}
     lost, held_back = {}, {}
-    for label, reason in why.items():
+    for label, reason in ((x, r) for x, r in why.items() if x in made.labels):
         own = [u for u, owner in units.items() if owner == label]
         out = [u for u in own if u in gone]
         if len(out) == len(own):
@@ -306,16 +294,23 @@ def _pruned(made: Fit) -> tuple[Fit, dict[str, str], dict[str, str]]:
 
 
 def _units(made: Fit) -> dict[tuple[int, ...], str]:
-    """What may stay absent by itself, with its effect's label: each number of a vector, or an effect as a whole."""
+    """What may stay absent by itself, with its effect's label: each number of a vector, or an effect as a whole; of
+    what corrects the file all numbers of a kind, with that kind."""
     units: dict[tuple[int, ...], str] = {}
+    of_kind: dict[str, tuple[int, ...]] = {}
     for i in made.chosen:
         choice = made.linear.choices[i]
         columns = [made.linear.columns[c] for c in choice.columns]
+        if choice.label in made.scales.corrects:
+            declared = columns[0].candidate.cls.declared
+            assert declared is not None  # a number of the file is declared
+            of_kind[declared.kind] = (*of_kind.get(declared.kind, ()), *choice.columns)
+            continue
         at = places(columns[0].candidate, made.linear.observation.vehicle)
         vector = len({at[c.place].parameter for c in columns}) == 1 and len(columns) > 1
         for unit in [(c,) for c in choice.columns] if vector else [choice.columns]:
             units[unit] = choice.label
-    return units
+    return {**units, **{unit: kind for kind, unit in of_kind.items()}}
 
 
 def _acts(made: Fit, each: Array, columns: Sequence[int], axis: int) -> bool:

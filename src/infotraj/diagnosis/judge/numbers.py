@@ -88,8 +88,9 @@ def file_numbers(made: Fit) -> tuple[FileNumber, ...]:
 
 
 def labels_of_file(made: Fit) -> list[str]:
-    """Labels of the effects that could say what the file is off by; clocks and mounts are the log's."""
-    named = dict.fromkeys(c.label for c in made.linear.choices if np.isfinite(c.price))
+    """Labels of what says what the file is off by and acts on these flights; clocks and mounts are the log's."""
+    acts = np.diag(made.linear.sums.gram.sum(axis=(0, 1)))[1:] > 0.0
+    named = dict.fromkeys(c.label for c in made.linear.choices if acts[list(c.columns)].any())
     of = {c.candidate.label: c.candidate.cls for c in made.linear.columns}
     kinds = {x: of[x].declared for x in named if of[x].place != "measurement"}
     return [x for x, declared in kinds.items() if declared is not None and declared.kind not in OF_THE_LOG]

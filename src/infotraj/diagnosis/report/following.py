@@ -15,7 +15,7 @@ def as_read(steps: int) -> str:
 
 
 _DIGITS = 5e-4  # of a number: less is not seen in the table
-_WHY_OTHERWISE = "there they are fitted beside the file's own errors, here beside the file as it is"
+_WHY_OTHERWISE = "there they are fitted beside the file's own errors, here beside the file as the model has it"
 OTHERS = "these flights were fitted; others in their place are the real test"
 
 

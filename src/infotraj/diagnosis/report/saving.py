@@ -44,7 +44,8 @@ def save_added(made: Added, path: Path, *, parent: Path, flights: Sequence[Fligh
 
 
 def _corrected(beside: Sequence[str]) -> str:
-    return f"; the file corrected by {', '.join(beside)}" if beside else ""
+    names = dict.fromkeys(x.split()[0] for x in beside)
+    return f"; the file corrected by {', '.join(names)}" if beside else ""
 
 
 def _read(steps: int) -> str:

@@ -91,7 +91,7 @@ def given_groups(found: Diagnosis) -> list[tuple[str, ...]]:
     """Labels of the model that is given: each effect that is named with confidence, what matters most first, then all
     that corrects the file beside them, which was fitted together."""
     rise = {f.name: f.evidence.rise for f in found.findings if f.evidence is not None}
-    beside = tuple(x for x in found.final.labels if x.split()[0] in found.beside)
+    beside = tuple(x for x in found.final.labels if x in found.beside)
     labels = [x for x in found.final.labels if x not in beside and x.split()[0] in found.supported]
     named: list[tuple[str, ...]] = [(x,) for x in sorted(labels, key=lambda x: -rise.get(x.split()[0], 0.0))]
     return [*named, beside] if beside else named
@@ -99,7 +99,7 @@ def given_groups(found: Diagnosis) -> list[tuple[str, ...]]:
 
 def called(found: Diagnosis, group: Sequence[str]) -> str:
     """Effects for a picture, or that they correct the file."""
-    if group[0].split()[0] in found.beside:
+    if group[0] in found.beside:
         return "the file corrected"
     return " and ".join(x.replace("_", " ") for x in group)
 

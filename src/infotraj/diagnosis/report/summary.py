@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -93,8 +94,17 @@ def _corrected(found: Diagnosis) -> list[tuple[Effect, dict[str, Any], dict[str,
     return [
         (e, {k: v for k, v in e.values.items() if k in errors or k in places}, errors)
         for e, errors in made
-        if e.name in found.beside
+        if e.label in found.beside
     ]
+
+
+def corrected_by(labels: Sequence[str]) -> str:
+    """What corrects the file in words: each name once, with the rotors that it is of."""
+    rotors: dict[str, list[str]] = {}
+    for label in labels:
+        name, *of = label.split()
+        rotors.setdefault(name, []).extend(of)
+    return ", ".join(f"{name} ({' '.join(sorted(of, key=int))})" if of else name for name, of in rotors.items())
 
 
 def _reference(found: Diagnosis) -> dict[str, Any] | None:
@@ -175,11 +185,14 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
             number = f"{_short(n.value)} +- {_short(n.standard_error)}{f' {n.unit}' if n.unit else ''}"
             number += f", not {_short(n.declared)}" + ("" if n.ordinary else "; out of line with the rest of the file")
             lines.append(f"    {n.name}: {number} ({ONE_FINDING})" if part else f"  {n.name}: {number}")
-    for effect, has, deviations in _corrected(found):
+    beside = ", beside what is named" if found.supported else "; nothing is named"
+    corrected = _corrected(found)
+    if len(corrected) == 1:
+        effect, has, deviations = corrected[0]
         numbers = " ".join(f"{k}={_plus_minus(v, deviations.get(k))}" for k, v in has.items())
-        beside = ", beside what is named" if found.supported else "; nothing is named"
         lines.append(f"the new model corrects the file{beside}: {effect.name} {numbers}")
-    if len(_corrected(found)) > 1:
+    elif corrected:
+        lines.append(f"the new model corrects the file{beside}: {corrected_by(found.beside)}")
         lines.append("corrections predict together; one may stand for another: what your file should say is above")
     explained = {s.axis for s in found.unexplained.axes}
     for axis, error in stays(found).items():

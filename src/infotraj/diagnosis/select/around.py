@@ -118,18 +118,19 @@ class Linear:
         """Covariance (p, p) of all numbers where none is chosen: of the file, or of what is healthy."""
         healthy = self.observation.healthy
         if healthy is None:
-            return np.diag(self.spike(scales) ** 2)
+            corrects = [c.candidate.label in scales.corrects for c in self.columns]
+            return np.diag(np.where(corrects, 0.0, self.spike(scales)) ** 2)
         owners = [(c.candidate.label, c.place) for c in self.columns]
         alone = len(self.observation.samples) == 1 or not self.observation.scatter
         known = healthy.prior(owners, alone)
         return known if scales.common > 0.0 else np.zeros_like(known)
 
     def _slab(self, scales: Scales) -> Array:
-        """Deviation (p,) of the numbers of what is chosen: what corrects the file is as far off as bad files."""
+        """Deviation (p,) of the numbers of what is chosen: what corrects the file is as far off as files are."""
         corrects = np.array([c.candidate.label in scales.corrects for c in self.columns], dtype=bool)
         if not corrects.any():
             return np.full(len(self.columns), SLAB)
-        of_files = self._of_files(Scales(max(SCALES)))
+        of_files = self._of_files(scales)
         return np.where(corrects & (of_files > 0), of_files, SLAB)
 
     def _of_files(self, scales: Scales) -> Array:

@@ -34,7 +34,7 @@ _STAMP = 0.1  # of the time between commands: their stamps are hardly more exact
 class Scales:
     """How far this file is off, times 1 %: in common, and by kind of number. 0 in common: it is taken as it is.
 
-    corrects: labels of effects that are no finding but correct the file, where it is taken as it is.
+    corrects: labels of what is no finding but corrects the file: it is chosen, and as far off as the file.
     """
 
     common: float
