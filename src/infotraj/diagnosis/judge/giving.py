@@ -110,7 +110,10 @@ def _corrected(search: Search, whole: Fit, made: Fit, asked: Sequence[str]) -> F
     were not fitted are predicted best (ridge regression, Hoerl and Kennard 1970; the factor by cross-validation, Stone
     1974). Marginal likelihood takes too large a one where noise is not what it is taken for.
     """
-    file = [x for x in labels_of_file(whole) if x not in {*asked, *(m.candidate.label for m in search.held)}]
+    said = {*asked, *(m.candidate.label for m in search.held)}
+    # Thrust over mass is said once.
+    said |= OF_THRUST_OVER_MASS if OF_THRUST_OVER_MASS & said else set()
+    file = [x for x in labels_of_file(whole) if x not in said]
     moving = np.array([refusal.axis_group(a) is not None for a in whole.linear.sums.axes])
     if _STEADY in file:
         rest = [x for x in file if x != _STEADY]
