@@ -377,7 +377,28 @@ def test_a_page_that_names_nothing_says_what_corrects_the_file(content):
     assert "What is named, on flights" not in text
     assert "one may stand for another" not in text
     changed["answer"]["corrected"] *= 2
-    assert "one may stand for another" in page(changed)
+    text = page(changed)
+    assert "one may stand for another" in text
+    assert "The 2 entries of the new model that correct the file" in text
+
+
+def test_a_named_rotor_keeps_its_own_gain_beside_others_that_correct_the_file(content):
+    """Both are rotor_effectiveness; the second box takes no error off, so that the rotor's gain is told by its own."""
+    changed = json.loads(json.dumps(content))
+    fall = changed["fall"]
+    assert [box["corrects"] for box in fall["boxes"]] == [False]
+    fall["boxes"].append({"label": "the file corrected", "effects": ["rotor_effectiveness 0"], "corrects": True})
+    for key in ("rmse", "low", "high"):
+        fall[key] = fall[key] * 2
+    rotor, file = gains(changed)
+    assert rotor["before"] > 10 * rotor["after"]
+    assert file["before"] == file["after"]
+    errors = {"factor": 0.01}
+    entry = {"name": "rotor_effectiveness", "parameters": {"rotor": 0, "factor": 1.01}, "standard_errors": errors}
+    changed["answer"]["corrected"] = [entry]
+    named, corrects = re.findall(r'data-label="acts most on">(.*?)</td>', page(changed), re.DOTALL)
+    assert "the file corrected" not in named
+    assert named.split("<small>")[0] != corrects.split("<small>")[0]
 
 
 def test_a_verdict_is_cut_where_it_adds_what_cannot_be_said():

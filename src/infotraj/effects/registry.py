@@ -23,6 +23,7 @@ from infotraj.errors import InputError, UsageError, problem
 
 ENVIRONMENT = "INFOTRAJ_EFFECTS"
 GROUP = "infotraj.effects"
+OF_THE_FILE: dict[str, type[Effect]] = {c.name: c for c in (RotorPlace, RotorTorque)}  # in models, and never named
 _FAMILIES = (
     *("rigid_body", "thrust", "thrust_curve", "actuators", "drag", "forward_flight", "air", "steady", "gyroscopic"),
     *("load", "measurement"),
@@ -50,8 +51,8 @@ def catalogue(paths: Iterable[str | Path] = ()) -> dict[str, type[Effect]]:
 def effect_class(name: str, paths: Iterable[str | Path] = ()) -> type[Effect]:
     """The effect of that name, or the number of the file. UsageError, with the names that come close, for no such."""
     known = catalogue(paths)
-    if name in (of_file := {c.name: c for c in (RotorPlace, RotorTorque)}):
-        return of_file[name]
+    if name in OF_THE_FILE:
+        return OF_THE_FILE[name]
     if name not in known:
         import difflib
 

@@ -15,9 +15,8 @@ def gains(content: dict[str, Any]) -> list[dict[str, Any]]:
     for bit, box in enumerate(fall["boxes"] if fall["axes"] else []):
         without = whole ^ (1 << bit)
         axis = max(fall["axes"], key=lambda a: fall["rmse"][without][a] / max(fall["rmse"][whole][a], 1e-300))
-        rows.append(
-            {"label": box["label"], "names": [x.split()[0] for x in box["effects"]]} | _gain(content, axis, without)
-        )
+        said = {"label": box["label"], "names": [x.split()[0] for x in box["effects"]], "corrects": box["corrects"]}
+        rows.append(said | _gain(content, axis, without))
     return rows
 
 

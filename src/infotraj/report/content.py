@@ -19,6 +19,7 @@ from infotraj.diagnosis.report.asking import Asked
 from infotraj.diagnosis.report.following import OTHERS, as_read, compares, flight_command, next_command, sources
 from infotraj.diagnosis.report.steps import called, said
 from infotraj.effects import catalogue
+from infotraj.effects.registry import OF_THE_FILE
 from infotraj.flight import sha256
 from infotraj.locating.healthy import beside
 from infotraj.locating.locating import locate
@@ -98,7 +99,7 @@ def _about(effects_from: Sequence[Path]) -> dict[str, Any]:
             "index": [p.name for p in cls.parameters if p.index],
             "source": cls.source,
         }
-        for name, cls in catalogue(effects_from).items()
+        for name, cls in (catalogue(effects_from) | OF_THE_FILE).items()
     }
 
 
@@ -106,7 +107,10 @@ def _fall(fall: Combinations, found: Diagnosis) -> dict[str, Any]:
     labels = [called(found, group) for group in fall.groups]
     # The steps of the waterfall are the combinations in which boxes are ticked from the first on.
     return {
-        "boxes": [{"label": label, "effects": list(group)} for label, group in zip(labels, fall.groups, strict=True)],
+        "boxes": [
+            {"label": label, "effects": list(group), "corrects": group[0] in found.beside}
+            for label, group in zip(labels, fall.groups, strict=True)
+        ],
         "steps": list(said(labels) if found.healthy is None else ("as healthy", *said(labels)[1:])),
         "at": [2**k - 1 for k in range(len(labels) + 1)],
         "axes": [a for i, a in enumerate(AXES) if np.isfinite(fall.rmse[:, i]).all()],
