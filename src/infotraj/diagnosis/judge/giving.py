@@ -76,7 +76,7 @@ def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
         ratio = next(iter(of_ratio), None)
         asked = [*labels, ratio] if ratio and out_of_line(whole) else labels
         corrected = _corrected(search, whole, made, asked)
-        beside = (ratio,) if ratio and (corrected is None or asked is not labels) else ()
+        beside = (ratio,) if ratio and (corrected is None or ratio in asked) else ()
         if corrected is not None:
             made, beside = corrected, (*beside, *(x for x in corrected.labels if x in corrected.scales.corrects))
         if not labels and not beside:
