@@ -278,7 +278,7 @@ def test_six_flights_of_ten_minutes_stay_small_and_quick(chromium, content, tmp_
     labels = [g[0] for g in found.groups]
     tables = {"rmse": found.rmse, "low": found.low, "high": found.high}
     fall = {key: [dict(zip(AXES, row, strict=True)) for row in table.tolist()] for key, table in tables.items()} | {
-        "boxes": [{"label": x, "effects": [x]} for x in labels],
+        "boxes": [{"label": x, "effects": [x], "corrects": False} for x in labels],
         "steps": ["as given", *labels],
         "at": [0, 1, 3, 7],
     }
