@@ -5,8 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from infotraj.diagnosis.report.summary import corrected_by
-from infotraj.effects import effect_class
+from infotraj.effects import effect_class, labels_in_words
 from infotraj.effects.rotor_torque import RotorTorque
 from infotraj.errors import UsageError
 from infotraj.models import Model
@@ -28,4 +27,4 @@ def test_a_number_of_the_file_that_is_no_effect_of_the_catalogue_is_read_again(t
 
 def test_each_name_is_said_once_with_its_rotors():
     labels = ("rotor_torque 3", "mass_offset", "rotor_effectiveness 10", "rotor_torque 0", "rotor_effectiveness 9")
-    assert corrected_by(labels) == "rotor_torque (0 3), mass_offset, rotor_effectiveness (9 10)"
+    assert labels_in_words(labels) == "rotor_torque (0 3), mass_offset, rotor_effectiveness (9 10)"

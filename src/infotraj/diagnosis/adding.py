@@ -24,7 +24,7 @@ from infotraj.diagnosis.select.reading import as_commanded
 from infotraj.diagnosis.select.search import Fit, Search
 from infotraj.diagnosis.select.swinging import swung
 from infotraj.dynamics.inputs import for_vehicle
-from infotraj.effects import catalogue, effect_class
+from infotraj.effects import catalogue, effect_class, labels_in_words
 from infotraj.errors import InputError, UsageError, problem
 from infotraj.flight import Flight, command_steps
 from infotraj.models import Model
@@ -73,8 +73,6 @@ class Added:
 
     def as_text(self) -> str:
         """A line an effect, one of what corrects the file, then a line an axis."""
-        from infotraj.diagnosis.report.summary import corrected_by
-
         lines = []
         for e, s in zip(self.model.effects, self.errors, strict=True):
             said = f"{e.name}: {', '.join(_number(k, v, s.get(k)) for k, v in e.values.items())}"
@@ -83,7 +81,7 @@ class Added:
             elif len(self.beside) == 1:
                 lines.append(f"{said}; it corrects the file")
         if len(self.beside) > 1:
-            lines.append(f"these correct the file, and predict together: {corrected_by(self.beside)}")
+            lines.append(f"these correct the file, and predict together: {labels_in_words(self.beside)}")
         for label, how in self.ended.items():
             lines.append(
                 f"WARNING {label}: {how}: no measured number, the truth may lie beyond; something else is missing"

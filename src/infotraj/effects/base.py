@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
@@ -302,3 +303,12 @@ def _without_rotors(cls: type[Effect], vehicle: Vehicle) -> str | None:
 def overrides(effect: Effect, hook: str) -> bool:
     """True where the effect's class defines `hook` itself."""
     return getattr(type(effect), hook) is not getattr(Effect, hook)
+
+
+def labels_in_words(labels: Sequence[str]) -> str:
+    """Labels of effects, each name once, with its rotors: `rotor_torque (0 3), mass_offset`."""
+    rotors: dict[str, list[str]] = {}
+    for label in labels:
+        name, *of = label.split()
+        rotors.setdefault(name, []).extend(of)
+    return ", ".join(f"{name} ({' '.join(sorted(of, key=int))})" if of else name for name, of in rotors.items())

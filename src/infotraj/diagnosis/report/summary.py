@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.judge.verdicts import Finding
 from infotraj.diagnosis.report.reasons import about_takes, why
 from infotraj.diagnosis.report.vehicle_file import ONE_FINDING, by_ratio
-from infotraj.effects import Effect
+from infotraj.effects import Effect, labels_in_words
 from infotraj.rotations import Array
 
 _SPARSE = 0.01  # s between commands: with more, a delay of half of it cannot be told
@@ -96,15 +95,6 @@ def _corrected(found: Diagnosis) -> list[tuple[Effect, dict[str, Any], dict[str,
         for e, errors in made
         if e.label in found.beside
     ]
-
-
-def corrected_by(labels: Sequence[str]) -> str:
-    """What corrects the file in words: each name once, with the rotors that it is of."""
-    rotors: dict[str, list[str]] = {}
-    for label in labels:
-        name, *of = label.split()
-        rotors.setdefault(name, []).extend(of)
-    return ", ".join(f"{name} ({' '.join(sorted(of, key=int))})" if of else name for name, of in rotors.items())
 
 
 def _reference(found: Diagnosis) -> dict[str, Any] | None:
@@ -192,7 +182,7 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
         numbers = " ".join(f"{k}={_plus_minus(v, deviations.get(k))}" for k, v in has.items())
         lines.append(f"the new model corrects the file{beside}: {effect.name} {numbers}")
     elif corrected:
-        lines.append(f"the new model corrects the file{beside}: {corrected_by(found.beside)}")
+        lines.append(f"the new model corrects the file{beside}: {labels_in_words(found.beside)}")
         lines.append("corrections predict together; one may stand for another: what your file should say is above")
     explained = {s.axis for s in found.unexplained.axes}
     for axis, error in stays(found).items():
