@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from infotraj.effects.base import Effect, Parameter
+from infotraj.effects.base import Declared, Effect, Parameter
 from infotraj.effects.laws import AirLaw
 from infotraj.effects.rigid_body import arm_length
 from infotraj.rotations import Array
@@ -62,6 +62,8 @@ class PressureCentre(Effect):
     beside = ("linear_drag", "quadratic_drag")
     source = "Etkin, Dynamics of Atmospheric Flight (1972), 6.3 (moment of a resultant force off the reference point)"
     hidden_when = "neither linear nor quadratic drag is in the model"
+    # 1 % of an arm: no drawing says where the air pushes.
+    declared = Declared("air", 1 / 10, "where the body's drag acts, further along {axis} by")
 
     @classmethod
     def scale(cls, vehicle: Vehicle, parameter: Parameter) -> float:

@@ -320,6 +320,11 @@ def linearised(
         changed = names ^ {m.candidate.name for m in like.point}
         again = {c.label for c in known if anew or c.label in more or changed & {*c.cls.beside}}
         near = {m.candidate.label: own for m in point if (own := _columns_near(like, m)) is not None}
+        # What acts on others and has moved, or gone, leaves none of their columns as they were.
+        moved = {m.candidate.cls for m in point if m.candidate.label not in near}
+        moved |= {m.candidate.cls for m in like.point if m.candidate.label not in inside}
+        stale = {name for cls in moved for name in cls.beside}
+        near = {m.candidate.label: near[x] for m in point if (x := m.candidate.label) in near and m.candidate.name not in stale}
         for choice, variant in zip(like.choices, like.variants, strict=True):
             if variant is not None and choice.label not in inside and choice.label not in again:
                 reused.append(choice)

@@ -27,6 +27,7 @@ STATE = 2.0  # nats of a number that is found for one flight: it is told to an e
 SCALES = (0.05, 0.3, 1.0, 3.0, 9.0)  # of all numbers of a file together, times what their effects say (`Declared`)
 KIND_SPREAD = 0.4  # standard deviation of the logarithm by which a kind's scale differs from the common one
 OF_THE_LOG = ("clock", "mount")
+_AS_EVER = (*OF_THE_LOG, "air")  # kinds that are no worse for what a file says of the vehicle
 _STAMP = 0.1  # of the time between commands: their stamps are hardly more exact
 
 
@@ -42,8 +43,8 @@ class Scales:
     corrects: frozenset[str] = frozenset()
 
     def of(self, kind: str) -> float:
-        """The scale of a kind. Clocks and mounts are no worse for what a file says of the vehicle."""
-        return 1.0 if kind in OF_THE_LOG and self.common > 0.0 else self.kinds.get(kind, self.common)
+        """The scale of a kind."""
+        return 1.0 if kind in _AS_EVER and self.common > 0.0 else self.kinds.get(kind, self.common)
 
     def cost(self) -> float:
         """Nats that kinds cost which differ from the common scale."""

@@ -248,12 +248,25 @@ class Search:
         beside the other set, and they are fitted along. go_on: more is asked from there, so that its columns are made
         anew where numbers have moved.
         """
-        chosen = like.linear.labelled(labels)
+        now = self._parted(like, labels)
+        chosen = now.labelled(labels)
         held = None if scales is None else self.held
         scales = scales or like.scales
-        solution = like.linear.scorer(scales, held).solution(chosen)
-        begun = Fit(like.linear, chosen, scales, solution, like.known, held, like.exact)
+        solution = now.scorer(scales, held).solution(chosen)
+        begun = Fit(now, chosen, scales, solution, like.known, held, like.exact)
         return self._settled(begun, labels, rounds, True, go_on)
+
+    def _parted(self, like: Fit, labels: Sequence[str]) -> Linear:
+        """The model of a fit, made linear anew where an effect has gone that acts on one which stays.
+
+        Their product is not linear: beside the place of a force that has gone, the force would still turn the vehicle.
+        """
+        now, stay = like.linear, {x.split()[0] for x in labels} | {m.candidate.name for m in like.members if m.held}
+        gone = {m.candidate.label for m in like.members if not m.held and m.candidate.label not in labels}
+        point = [m for m in now.point if m.candidate.label not in gone or not stay & {*m.candidate.cls.beside}]
+        if len(point) == len(now.point) or self.observation.healthy is not None:
+            return now
+        return linearised(self.observation, point, self.known, like=now, frozen=True)
 
     def afresh(self, made: Fit) -> Fit:
         """A fit that is gone on from: with columns made anew around its numbers."""
