@@ -206,7 +206,7 @@ def diagnose(
         after,
         after_model,
         errors,
-        file_numbers(whole) if search.known else (),
+        file_numbers(told) if search.known else (),
         beyond_bounds(added, vehicle),
         search,
         told,

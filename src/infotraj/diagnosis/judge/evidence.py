@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,6 @@ from infotraj.rotations import Array
 
 RESAMPLES = 1000
 _LEAST = 1e-3  # of the squared error that is left on an axis: what moves it by less does not act there
-_HALF = 0.5  # of the root mean square error
 
 
 @dataclass(frozen=True)
@@ -53,15 +53,25 @@ def evidence(whole: Fit, label: str, rng: np.random.Generator, rest: Fit | None 
     linear = whole.linear
     mine = [i for i, c in enumerate(linear.columns) if c.candidate.label == label]
     chosen = tuple(i for i in whole.chosen if linear.choices[i].label != label)
-    each = whole.solution.each
+    own_choice = [i for i in whole.chosen if linear.choices[i].label == label]
+    each, wider = whole.solution.each, overdispersion(whole)[0]
+    nats = _any(whole, chosen, own_choice, wider) - _any(rest or whole, rest.chosen if rest else chosen, (), wider)
     if rest is None:
-        nats = whole.solution.score - float(whole.scorer.scores([chosen])[0])
         without = _Left.of(whole, whole.scorer.beside(chosen, each, mine))
     else:
-        nats = whole.solution.score - rest.solution.score
         own = [i for i, c in enumerate(rest.linear.columns) if c.candidate.label == label]
         without = _Left.of(rest, rest.scorer.beside(rest.chosen, _translated(whole, each, rest), own))
-    return _against(whole, without, _Left.of(whole, each), nats / overdispersion(whole)[0], mine, rng)
+    return _against(whole, without, _Left.of(whole, each), nats, mine, rng)
+
+
+def _any(made: Fit, of: Sequence[int], always: Sequence[int], wider: float) -> float:
+    """Logarithm of the probability, up to a constant, of the choices `always` with any of the others `of`.
+
+    Whichever of them: what needs a second effect beside it is no surer than the two together. wider: how much more the
+    data scatter than the noise model says.
+    """
+    sets = [(*always, *some) for k in range(len(of) + 1) for some in combinations(of, k)]
+    return float(np.logaddexp.reduce(made.log_probability(sets) / wider))
 
 
 def shared(whole: Fit, found: Iterable[Evidence]) -> float:
@@ -111,11 +121,12 @@ class _Left:
 def evidence_of_absent(whole: Fit, choice: int, rng: np.random.Generator) -> Evidence:
     """The same for one that is not in the set, were it added."""
     chosen = (*whole.chosen, choice)
-    nats = float(whole.scorer.scores([chosen])[0]) - whole.solution.score
+    wider = overdispersion(whole)[0]
+    nats = float(np.subtract(*whole.log_probability([chosen, whole.chosen]))) / wider
     added = whole.scorer.solution(chosen)
     mine = list(whole.linear.choices[choice].columns)
     without, with_it = _Left.of(whole, whole.solution.each), _Left.of(whole, added.each)
-    return _against(whole, without, with_it, nats / overdispersion(whole)[0], mine, rng, added.theta)
+    return _against(whole, without, with_it, nats, mine, rng, added.theta)
 
 
 def gain_beside(whole: Fit, choice: int) -> float:
@@ -175,24 +186,6 @@ def rise_beside(whole: Fit, chosen: tuple[int, ...], mine: Sequence[int], near: 
     before, after = sums.believed_error(near), sums.believed_error(other)
     rise = np.maximum(weighted, (after - before) / np.maximum(before, 1e-300))
     return float(rise[acts(sums, mine, whole.solution.theta, before)].max(initial=0.0))
-
-
-def takes_half(whole: Fit, label: str) -> bool:
-    """Whether this effect takes half of the error off an axis, on flights that were not fitted and beside the file as
-    it is: alone, and beside the others of the set, which are fitted without it.
-
-    Beside a file that may be off, its numbers would take up what the effect does. What makes up for other numbers takes
-    nothing alone, and what others can do takes nothing beside them.
-    """
-    linear, chosen = whole.linear, whole.chosen
-    as_it_is = linear.scorer(Scales(0.0), whole.held)
-    own = tuple(i for i in chosen if linear.choices[i].label == label)
-    others = tuple(i for i in chosen if linear.choices[i].label != label)
-    none, alone, without, left = (
-        linear.absent.plain_error(as_it_is.solution(x).each) for x in ((), own, others, chosen)
-    )
-    half = (left < _HALF**2 * without) & (alone < _HALF**2 * none)
-    return bool(np.any(half[_moving(whole)]))
 
 
 def left_by_set(whole: Fit, chosen: tuple[int, ...] | None = None) -> Array:

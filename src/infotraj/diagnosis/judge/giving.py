@@ -133,8 +133,7 @@ def _with_file(search: Search, whole: Fit, asked: Sequence[str], file: Sequence[
 
     What is wrong with clocks and mounts of the log is fitted along, and no part of the model.
     """
-    times = common / whole.scales.common
-    scales = Scales(common, {k: times * x for k, x in whole.scales.kinds.items()}, frozenset(file))
+    scales = replace(whole.scales.times(common / whole.scales.common), corrects=frozenset(file))
     chosen = whole.linear.labelled([*asked, *file])
     solution = whole.linear.scorer(scales, search.held).solution(chosen)
     made = replace(whole, chosen=chosen, scales=scales, held=search.held)

@@ -75,7 +75,10 @@ def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival
         made = search.fitted([*(linear.choices[i].label for i in rest), name], whole)
         if name in beyond_bounds(made.members, linear.observation.vehicle):
             continue
-        if takes.sum() >= TELLS and _shared(takes, without - left_beside(made, made.solution.each, own)) <= _MOSTLY:
+        # The number that files have of the effect takes up no more there than files have of it.
+        replaced = [i for i, c in enumerate(made.linear.columns) if c.candidate.label == label]
+        there = left_beside(made, made.scorer.beside(made.chosen, made.solution.each, replaced), own)
+        if takes.sum() >= TELLS and _shared(takes, without - there) <= _MOSTLY:
             continue
         as_good = best[name].rise < min(matters, _MOSTLY * alone)
         as_good = as_good and _shared(as_it_is - now, as_it_is - left_by_set(made)) > _MOSTLY

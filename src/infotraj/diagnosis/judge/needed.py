@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from infotraj.diagnosis.judge.evidence import Evidence, evidence, evidence_of_absent, shared, takes_half
+from infotraj.diagnosis.judge.evidence import Evidence, evidence, evidence_of_absent, shared
 from infotraj.diagnosis.judge.numbers import fitted_numbers
 from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.select.search import Fit, Search
@@ -23,20 +23,16 @@ TELLS = float(np.log(1.2))  # by which the error on flights not fitted falls for
 
 @dataclass(frozen=True)
 class Judged:
-    """One effect of a set: with its numbers, their standard errors, and the evidence for it beside the others.
-
-    half: whether it takes half of an error off by itself; needed: whether it is named for what it predicts.
-    """
+    """One effect of a set: with its numbers, their standard errors, and the evidence for it beside the others."""
 
     member: Member
     errors: dict[str, Any]
     evidence: Evidence
-    half: bool
 
     @property
     def needed(self) -> bool:
         """Whether it predicts enough to stay."""
-        return self.half or self.evidence.gain >= TELLS
+        return self.evidence.gain >= TELLS
 
 
 def needed(search: Search, whole: Fit, rng: np.random.Generator) -> tuple[Fit, list[Judged], list[Judged]]:
@@ -67,14 +63,12 @@ def _weakest(search: Search, whole: Fit, rng: np.random.Generator) -> tuple[list
     """
     numbers = dict(zip((m.candidate.label for m in whole.members), fitted_numbers(whole), strict=True))
     own = {m.candidate.label: m for m in whole.members if not m.held}
-    half = {label: takes_half(whole, label) for label in own}
     found = {label: evidence(whole, label, rng) for label in own}
     rests: dict[str, Fit] = {}
     while True:
         share = shared(whole, found.values())
         judged = [
-            Judged(m, numbers[label], replace(found[label], gain=share * found[label].gain), half[label])
-            for label, m in own.items()
+            Judged(m, numbers[label], replace(found[label], gain=share * found[label].gain)) for label, m in own.items()
         ]
         open_to = [j for j in judged if not (j.member.candidate.cls.linear or j.member.candidate.label in rests)]
         weak = [j for j in judged if not j.needed]

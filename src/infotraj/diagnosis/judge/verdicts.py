@@ -127,15 +127,13 @@ class Judge:
 
     def _doubt(self, j: Judged) -> tuple[str | None, str]:
         """Why an effect that was judged is not named with confidence: verdict and reason, (None, "") where it is."""
-        e, half = j.evidence, j.half
-        if e.rise < self.matters and not half:
+        e = j.evidence
+        if e.rise < self.matters:
             return "Not needed", "real, but negligible"
         # Physics without a name is there in every second: what resembles it a little is sure, and predicts little.
         if not j.needed:
             return "Plausible", _little(e)
-        # What takes half of an error off flights that were not fitted is named, though the file could be that far off.
-        least = _LIKELY if half or e.gain >= _HALVES else SURE
-        if e.probability < least or e.selected < SURE:
+        if e.probability < SURE or e.selected < SURE:
             chance = f"{100 * e.probability:.0f} % probable, better on {100 * e.selected:.0f} % of the resamples"
             return "Plausible", f"{chance} of flights that were not fitted"
         if e.form_error >= _CHANGES:

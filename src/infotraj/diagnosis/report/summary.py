@@ -127,6 +127,11 @@ def sentence(found: Diagnosis) -> str:
         first = f"These data cannot say which effect is missing: {next(iter(found.refused.values()))}"
     elif found.refused:
         first += "; nothing can be said about " + "; ".join(f"{', '.join(a)}: {r}" for r, a in why(found.refused))
+    out_of_line = [
+        f"{n.name} {_short(n.value)} {n.unit}".strip() for n, part in by_ratio(found.file) if not (n.ordinary or part)
+    ]
+    if out_of_line and found.judged:
+        first += f"; your vehicle file is out of line: {' and '.join(out_of_line)}"
     if found.unexplained.found:
         where = ", ".join(list(dict.fromkeys(s.axis for s in found.unexplained.axes))[:3])
         first += f"; structured error is left on {where} that no effect of the catalogue explains"

@@ -324,7 +324,11 @@ def linearised(
         moved = {m.candidate.cls for m in point if m.candidate.label not in near}
         moved |= {m.candidate.cls for m in like.point if m.candidate.label not in inside}
         stale = {name for cls in moved for name in cls.beside}
-        near = {m.candidate.label: near[x] for m in point if (x := m.candidate.label) in near and m.candidate.name not in stale}
+        near = {
+            m.candidate.label: near[x]
+            for m in point
+            if (x := m.candidate.label) in near and m.candidate.name not in stale
+        }
         for choice, variant in zip(like.choices, like.variants, strict=True):
             if variant is not None and choice.label not in inside and choice.label not in again:
                 reused.append(choice)

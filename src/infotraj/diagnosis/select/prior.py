@@ -9,7 +9,7 @@ it is an effect only where it is far off for this file.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -45,6 +45,10 @@ class Scales:
     def of(self, kind: str) -> float:
         """The scale of a kind."""
         return 1.0 if kind in _AS_EVER and self.common > 0.0 else self.kinds.get(kind, self.common)
+
+    def times(self, factor: float) -> Scales:
+        """The same for a file that is further off by a factor."""
+        return replace(self, common=factor * self.common, kinds={k: factor * x for k, x in self.kinds.items()})
 
     def cost(self) -> float:
         """Nats that kinds cost which differ from the common scale."""

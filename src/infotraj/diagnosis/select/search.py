@@ -80,6 +80,23 @@ class Fit:
         """What scores sets beside this one."""
         return self.linear.scorer(self.scales, self.held)
 
+    @cached_property
+    def _scorers(self) -> tuple[Scorer, ...]:
+        """What scores sets beside files from exact to ten times ordinary, kinds as far apart as beside this one."""
+        if self.scales.common == 0.0 or self.linear.observation.healthy is not None:
+            return (self.scorer,)
+        every = {s.common: self.scales.times(s.common / self.scales.common) for s in self.linear.scales}
+        return tuple(
+            self.scorer if common == self.scales.common else self.linear.scorer(s, self.held)
+            for common, s in every.items()
+        )
+
+    def log_probability(self, sets: Sequence[tuple[int, ...]]) -> Array:
+        """Of sets of choices, (n,), nats up to a constant, however far the file is off: what is sure beside one that is
+        nearly right may be nothing beside one that is not."""
+        scores = np.array([x.scores(sets) for x in self._scorers])
+        return np.logaddexp.reduce(scores, axis=0)
+
     @property
     def worth(self) -> float:
         """Its score where the numbers are that its model was made linear around, not where that leads."""
