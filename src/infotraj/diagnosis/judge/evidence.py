@@ -60,7 +60,7 @@ def evidence(whole: Fit, label: str, rng: np.random.Generator, rest: Fit | None 
         without = _Left.of(whole, whole.scorer.beside(chosen, each, mine))
     else:
         own = [i for i, c in enumerate(rest.linear.columns) if c.candidate.label == label]
-        without = _Left.of(rest, rest.scorer.beside(rest.chosen, _translated(whole, each, rest), own))
+        without = _Left.of(rest, rest.scorer.beside(rest.chosen, translated(whole, each, rest), own))
     return _against(whole, without, _Left.of(whole, each), nats, mine, rng)
 
 
@@ -93,7 +93,7 @@ def _falls(without: _Left, kept: _Left) -> Array:
     return 0.5 * np.log(np.maximum(without.believed, 1e-300) / np.maximum(kept.believed, 1e-300))
 
 
-def _translated(whole: Fit, each: Array, rest: Fit) -> Array:
+def translated(whole: Fit, each: Array, rest: Fit) -> Array:
     """Numbers (folds, p) of one fit in the columns of another, by label and place; its own where there are none."""
     known: dict[tuple[str, int], int] = {}
     for i, c in enumerate(whole.linear.columns):

@@ -32,7 +32,7 @@ from infotraj.flight import VELOCITY, Flight
 from infotraj.models.interpolation import interpolate
 from infotraj.rotations import Array
 
-_WORSE = 1.05  # times the error of an axis on flights that were not fitted, less than which is no difference
+WORSE = 1.05  # times the error of an axis on flights that were not fitted, less than which is no difference
 _ROUNDS = 4  # it changes what the other numbers mean: a fit beside it is further away than one without
 _STEADY = "steady_force"
 _LONG = 1.0  # s: a steady force is as large over seconds, and the noise of a position is small by then
@@ -98,7 +98,7 @@ def _of_ratio(search: Search, whole: Fit, labels: Sequence[str], bare: Fit, rati
     tried = {x: search.fitted([*labels, x], whole, Scales(0.0), _ROUNDS, go_on=True) for x in ratio}
     if not ratio:
         return {}
-    least = _net(_shares(bare)) - np.log(_WORSE)
+    least = _net(_shares(bare)) - np.log(WORSE)
     net = {x: _net(_shares(made)) for x, made in tried.items() if not _ends(made, bare)}
     return {x: tried[x] for x in sorted(net, key=lambda x: net[x]) if net[x] < least}
 
@@ -267,7 +267,7 @@ def _pruned(made: Fit) -> tuple[Fit, dict[str, str], dict[str, str]]:
         share = _shares(made, each)
         k = int(np.argmax(share))
         left = [u for u in units if u not in gone and _acts(made, each, u, k)]
-        if share[k] <= _WORSE or not left:
+        if share[k] <= WORSE or not left:
             break
         tried = {u: _without(theta, each, u) for u in left}
         best = min(left, key=lambda u: _net(_shares(made, tried[u][1])))

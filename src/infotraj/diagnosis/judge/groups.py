@@ -13,7 +13,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from infotraj.diagnosis.judge.evidence import acts, gain_beside, left_beside, left_by_set, overdispersion, rise_beside
+from infotraj.diagnosis.judge.evidence import (
+    acts,
+    gain_beside,
+    left_beside,
+    left_by_set,
+    overdispersion,
+    rise_beside,
+    translated,
+)
 from infotraj.diagnosis.judge.needed import TELLS
 from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.search import Fit, Search
@@ -75,9 +83,10 @@ def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival
         made = search.fitted([*(linear.choices[i].label for i in rest), name], whole)
         if name in beyond_bounds(made.members, linear.observation.vehicle):
             continue
-        # The number that files have of the effect takes up no more there than files have of it.
+        # What the effect leaves is not taken up by numbers that no file has.
         replaced = [i for i, c in enumerate(made.linear.columns) if c.candidate.label == label]
-        there = left_beside(made, made.scorer.beside(made.chosen, made.solution.each, replaced), own)
+        near = translated(whole, whole.solution.each, made)
+        there = left_beside(made, made.scorer.beside(made.chosen, near, replaced), own)
         if takes.sum() >= TELLS and _shared(takes, without - there) <= _MOSTLY:
             continue
         as_good = best[name].rise < min(matters, _MOSTLY * alone)

@@ -9,6 +9,7 @@ import numpy as np
 from infotraj.checking.acceptance import accepted_in, accepted_lines
 from infotraj.comparing.equation_error import AXES
 from infotraj.diagnosis.diagnosis import Diagnosis
+from infotraj.diagnosis.judge.giving import WORSE
 from infotraj.diagnosis.judge.verdicts import Finding
 from infotraj.diagnosis.report.reasons import about_takes, why
 from infotraj.diagnosis.report.vehicle_file import ONE_FINDING, by_ratio
@@ -112,6 +113,12 @@ def stays(found: Diagnosis) -> dict[str, float]:
     return {a: x for a, x in far.items() if a not in found.refused}
 
 
+def _worse(found: Diagnosis) -> list[str]:
+    """Axes whose error the new model makes larger, by more than is no difference."""
+    rise = np.nan_to_num(found.after.rmse / found.before.rmse, nan=1.0)
+    return [axis for i, axis in enumerate(AXES) if rise[i] > WORSE and axis not in found.refused]
+
+
 def sentence(found: Diagnosis) -> str:
     """What was found, in one sentence."""
     parts = []
@@ -174,6 +181,10 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
             lines.append(f"{axis:<10}{values} {unit[axis[0]]}")
     if found.after is not found.before:
         lines.append("after: the new model, fitted to all of these flights; floor: that of the new model")
+        lines += [
+            f"{axis} is worse with the new model: something else is missing there, or the file's errors made up for it"
+            for axis in _worse(found)
+        ]
     if found.file:
         lines.append("your vehicle file, as these flights have it:")
         for n, part in by_ratio(found.file):
