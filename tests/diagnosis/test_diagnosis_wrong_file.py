@@ -14,11 +14,11 @@ from exact_simulation import fly
 
 from infotraj.diagnosis.diagnosis import diagnose
 from infotraj.diagnosis.gates import refusal
-from infotraj.diagnosis.judge.numbers import THRUST_OVER_MASS
+from infotraj.diagnosis.judge.numbers import THRUST_OVER_MASS, FileNumber
 from infotraj.diagnosis.linear.candidates import Candidate, places, raw, read, slopes, written
 from infotraj.diagnosis.report.following import next_command
 from infotraj.diagnosis.report.steps import given_groups
-from infotraj.diagnosis.report.summary import as_dict, as_text
+from infotraj.diagnosis.report.summary import as_dict, as_text, sentence
 from infotraj.diagnosis.select.prior import Scales
 from infotraj.effects import catalogue
 from infotraj.experiment.hidden.file_profiles import wrong_file
@@ -136,6 +136,35 @@ def test_the_thrust_over_the_mass_is_told_where_neither_is_told_alone():
     assert ratio.value == pytest.approx(RATIO, abs=0.005)
     assert ratio.standard_error < 0.005
     assert not any(n.name == "mass" for n in found.file)
+
+
+def test_a_millimetre_beside_the_middle_of_the_rotors_is_no_place_of_the_drag():
+    """Rotors that are elsewhere look like another centre of mass, beside which the drag acts."""
+    found = diagnosed({"linear_drag": {"d": [0.25, 0.2, 0.3]}}, moved((0.001, -0.0015, 0.0)))
+    assert "linear_drag" in found.supported
+    assert "pressure_centre" not in found.supported
+    assert any(n.name.startswith("where the body's drag acts") for n in found.file)
+
+
+def test_what_is_large_and_out_of_line_in_the_file_is_in_the_sentence_and_an_axis_that_gets_worse_in_the_text():
+    found = diagnosed({"linear_drag": {"d": [0.25, 0.2, 0.3]}}, rough_file)
+    large = FileNumber(THRUST_OVER_MASS, 1.0, 0.9, 0.01, False, large=True)
+    others = (FileNumber("clock of the IMU, later by", 0.0, 0.01, 0.001, False, "s"), replace(large, ordinary=True))
+    told = replace(found, file=(large, *others), after=replace(found.after, rmse=2.0 * found.before.rmse))
+    assert f"; your vehicle file is out of line: {THRUST_OVER_MASS} 0.9" in sentence(told)
+    assert "clock" not in sentence(told)
+    assert "out of line" not in sentence(replace(told, file=others))
+    assert "fx is worse with the new model" in as_text(told)
+    assert "is worse with the new model" not in as_text(found)
+
+
+def test_an_effect_is_no_surer_than_what_it_needs_beside_it_and_no_file_is_taken_for_granted():
+    """Of two file profiles the better counts for the set with an effect and for the one without."""
+    whole = diagnosed({"linear_drag": {"d": [0.25, 0.2, 0.3]}}, rough_file).whole
+    sets = [whole.chosen, ()]
+    scores = np.array([whole.linear.scorer(whole.scales.times(f)).scores(sets) for f in (1.0, 1 / 3)])
+    assert np.all(whole.log_probability(sets) >= np.logaddexp.reduce(scores, axis=0) - 1e-9)
+    assert whole.log_probability(sets)[0] - whole.log_probability(sets)[1] > 20.0
 
 
 @pytest.mark.parametrize("name", ["mass_offset", "inertia_error", "thrust_scale", "rotor_effectiveness"])

@@ -195,7 +195,7 @@ def left_by_set(whole: Fit, chosen: tuple[int, ...] | None = None) -> Array:
     """
     chosen = whole.chosen if chosen is None else chosen
     theta = whole.linear.scorer(Scales(0.0), whole.held).solution(chosen).each
-    left = whole.linear.absent.plain_error(theta)[_moving(whole)]
+    left = whole.linear.absent.plain_error(theta)[moving(whole)]
     return 0.5 * np.log(np.maximum(left, 1e-300))
 
 
@@ -205,7 +205,7 @@ def left_beside(whole: Fit, theta: Array, axes: NDArray) -> Array:
     return 0.5 * np.log(np.maximum(left, 1e-300))
 
 
-def _moving(whole: Fit) -> NDArray:
+def moving(whole: Fit) -> NDArray:
     """Which axes of the residual are forces and torques that can be judged, (axes,)."""
     ignored = whole.linear.observation.ignored
     return np.array([refusal.axis_group(a) is not None and a not in ignored for a in whole.linear.sums.axes])

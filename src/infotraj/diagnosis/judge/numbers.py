@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from infotraj.diagnosis.judge.evidence import overdispersion
+from infotraj.diagnosis.judge.evidence import moving, overdispersion
 from infotraj.diagnosis.linear.candidates import Candidate, places, slopes
 from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.select.around import Column
@@ -19,13 +19,15 @@ from infotraj.rotations import Array
 ORDINARY = 3.0  # standard deviations of this file's own errors: further off, a number is a finding
 OF_THRUST_OVER_MASS = frozenset({"mass_offset", "thrust_scale", "coaxial_loss"})  # names that say it
 THRUST_OVER_MASS = "thrust of all rotors over mass, factor"
+_HALF = 0.5  # of the root mean square error
 _SEEN = 3.0  # standard errors by which a file number must be off to be told
 
 
 @dataclass(frozen=True)
 class FileNumber:
     """What one number of the vehicle file should say. ordinary: within what this file's numbers are off by; unit: of
-    value, declared and error, empty where they have none."""
+    value, declared and error, empty where they have none; large: half of an axis' error of flights that were not fitted
+    goes with it, and it is no number of the log."""
 
     name: str
     declared: float
@@ -33,6 +35,7 @@ class FileNumber:
     standard_error: float
     ordinary: bool
     unit: str = ""
+    large: bool = False
 
 
 def values_of(m: Member) -> dict[str, Any]:
@@ -83,7 +86,10 @@ def file_numbers(made: Fit) -> tuple[FileNumber, ...]:
         moved = at.value(at.absent + theta * c.scale)
         error = abs(deviation * per * c.scale) * at.slope(moved)
         value, unit = declared + per * (moved - at.absent), _unit(c.candidate, at.parameter, name)
-        out.append(FileNumber(name, declared, value, float(error), bool(abs(theta) < ORDINARY * spike), unit))
+        ordinary, kind = bool(abs(theta) < ORDINARY * spike), c.candidate.cls.declared
+        own = np.array([x is c for x in made.linear.columns], dtype=float)
+        large = kind is not None and kind.kind not in OF_THE_LOG and _takes_half(made, own)
+        out.append(FileNumber(name, declared, value, float(error), ordinary, unit, large))
     return tuple(out)
 
 
@@ -106,6 +112,13 @@ def _off(made: Fit) -> Iterator[tuple[Column, float, float, float]]:
         inside = spike[i] <= 0 or c.candidate.label in made.labels or deviation[i] <= 0
         if not inside and abs(theta) >= _SEEN * deviation[i]:
             yield c, float(theta), float(deviation[i]), float(spike[i])
+
+
+def _takes_half(made: Fit, along: Array) -> bool:
+    """Whether numbers along a direction (p,) take half of an axis' error off flights that were not fitted."""
+    sums, each = made.linear.absent, made.solution.each
+    without = each - np.outer(each @ along, along) / (along @ along)
+    return bool(np.any((sums.plain_error(without) > _HALF**-2 * sums.plain_error(each))[moving(made)]))
 
 
 def _unit(candidate: Candidate, parameter: str, name: str) -> str:
@@ -143,7 +156,8 @@ def thrust_over_mass(made: Fit, scales: Scales | None = None) -> list[FileNumber
         return []
     ordinary = abs(total) < ORDINARY * float(np.linalg.norm(weight * spike))
     factor = float(np.exp(total))
-    return [FileNumber(THRUST_OVER_MASS, 1.0, factor, error * factor, ordinary)]
+    large = scales is None and _takes_half(made, weight)
+    return [FileNumber(THRUST_OVER_MASS, 1.0, factor, error * factor, ordinary, large=large)]
 
 
 def out_of_line(made: Fit) -> bool:

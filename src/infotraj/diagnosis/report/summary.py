@@ -135,7 +135,9 @@ def sentence(found: Diagnosis) -> str:
     elif found.refused:
         first += "; nothing can be said about " + "; ".join(f"{', '.join(a)}: {r}" for r, a in why(found.refused))
     out_of_line = [
-        f"{n.name} {_short(n.value)} {n.unit}".strip() for n, part in by_ratio(found.file) if not (n.ordinary or part)
+        f"{n.name} {_short(n.value)} {n.unit}".strip()
+        for n, part in by_ratio(found.file)
+        if n.large and not (n.ordinary or part)
     ]
     if out_of_line and found.judged:
         first += f"; your vehicle file is out of line: {' and '.join(out_of_line)}"
