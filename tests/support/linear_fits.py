@@ -56,7 +56,7 @@ def linear_fit(
 
     asked = []
 
-    def fitted(labels, like, rounds=2, go_on=False):
+    def fitted(labels, like, go_on=False):
         asked.append((tuple(labels), go_on))
         chosen = tuple(names.index(x) for x in labels)
         return Fit(linear, chosen, scales, scorer.solution(chosen))

@@ -76,9 +76,7 @@ def _weakest(search: Search, whole: Fit, rng: np.random.Generator) -> tuple[list
         if least is None or not any(j is least for j in open_to):
             return judged, least, None if least is None else rests.get(least.member.candidate.label)
         label = least.member.candidate.label
-        # What acts on others is held against them as they are without it: fitted on, the file would have its number.
-        rounds = 0 if least.member.candidate.cls.beside else 2
-        rests[label] = search.fitted([x for x in whole.labels if x != label], whole, rounds=rounds)
+        rests[label] = search.fitted([x for x in whole.labels if x != label], whole)
         found[label] = evidence(whole, label, rng, rests[label])
 
 

@@ -27,7 +27,7 @@ _SEEN = 3.0  # standard errors by which a file number must be off to be told
 class FileNumber:
     """What one number of the vehicle file should say. ordinary: within what this file's numbers are off by; unit: of
     value, declared and error, empty where they have none; large: half of an axis' error of flights that were not fitted
-    goes with it, and it is no number of the log."""
+    goes with it, and it is thrust over mass or a lag: others may stand for one another."""
 
     name: str
     declared: float
@@ -88,7 +88,7 @@ def file_numbers(made: Fit) -> tuple[FileNumber, ...]:
         value, unit = declared + per * (moved - at.absent), _unit(c.candidate, at.parameter, name)
         ordinary, kind = bool(abs(theta) < ORDINARY * spike), c.candidate.cls.declared
         own = np.array([x is c for x in made.linear.columns], dtype=float)
-        large = kind is not None and kind.kind not in OF_THE_LOG and _takes_half(made, own)
+        large = kind is not None and kind.kind == "time" and _takes_half(made, own)
         out.append(FileNumber(name, declared, value, float(error), ordinary, unit, large))
     return tuple(out)
 
