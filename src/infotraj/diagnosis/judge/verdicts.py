@@ -16,6 +16,7 @@ from infotraj.diagnosis.judge.numbers import fitted_numbers, values_of
 from infotraj.diagnosis.judge.unexplained import Unexplained
 from infotraj.diagnosis.linear.candidates import Candidate
 from infotraj.diagnosis.linear.observation import Member
+from infotraj.diagnosis.select.prior import OF_THE_LOG
 from infotraj.diagnosis.select.search import Fit, Search
 
 CONFIDENT = ("Supported", "Not separable")
@@ -133,7 +134,11 @@ class Judge:
         # Physics without a name is there in every second: what resembles it a little is sure, and predicts little.
         if not j.needed:
             return "Plausible", _little(e)
-        if e.probability < SURE or e.selected < SURE:
+        # A clock is no further off where the file is: what takes half of an error off with it is named.
+        declared = j.member.candidate.cls.declared
+        of_log = declared is not None and declared.kind in OF_THE_LOG
+        least = _LIKELY if of_log and e.gain >= _HALVES else SURE
+        if e.probability < least or e.selected < SURE:
             chance = f"{100 * e.probability:.0f} % probable, better on {100 * e.selected:.0f} % of the resamples"
             return "Plausible", f"{chance} of flights that were not fitted"
         if e.form_error >= _CHANGES:
