@@ -6,6 +6,7 @@ Flights of the exact simulation, which shares no code with the library.
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from exact_simulation import fly
 
 from infotraj.diagnosis.diagnosis import diagnose
 from infotraj.diagnosis.gates import refusal
+from infotraj.diagnosis.judge.evidence import any_of
 from infotraj.diagnosis.judge.numbers import THRUST_OVER_MASS, FileNumber
 from infotraj.diagnosis.linear.candidates import Candidate, places, raw, read, slopes, written
 from infotraj.diagnosis.report.following import next_command
@@ -158,7 +160,14 @@ def test_what_is_large_and_out_of_line_in_the_file_is_in_the_sentence_and_an_axi
     assert "is worse with the new model" not in as_text(found)
 
 
-def test_an_effect_is_no_surer_than_what_it_needs_beside_it_and_no_file_is_taken_for_granted():
+def test_an_effect_is_no_surer_than_it_is_with_what_it_needs_beside_it():
+    """Without one of the two the other is worth nothing; without both it is 3 nats less."""
+    nats = {(0, 1): 0.0, (0,): -9.0, (1,): -8.0, (): -3.0}
+    made = SimpleNamespace(log_probability=lambda sets: np.array([nats[tuple(sorted(s))] for s in sets]))
+    assert any_of(made, [1], [0], 1.0) - any_of(made, [1], [], 1.0) == pytest.approx(3.0, abs=0.01)
+
+
+def test_no_file_is_taken_for_granted():
     """Of two file profiles the better counts for the set with an effect and for the one without."""
     whole = diagnosed({"linear_drag": {"d": [0.25, 0.2, 0.3]}}, rough_file).whole
     sets = [whole.chosen, ()]

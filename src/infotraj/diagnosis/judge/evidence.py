@@ -55,7 +55,7 @@ def evidence(whole: Fit, label: str, rng: np.random.Generator, rest: Fit | None 
     chosen = tuple(i for i in whole.chosen if linear.choices[i].label != label)
     own_choice = [i for i in whole.chosen if linear.choices[i].label == label]
     each, wider = whole.solution.each, overdispersion(whole)[0]
-    nats = _any(whole, chosen, own_choice, wider) - _any(rest or whole, rest.chosen if rest else chosen, (), wider)
+    nats = any_of(whole, chosen, own_choice, wider) - any_of(rest or whole, rest.chosen if rest else chosen, (), wider)
     if rest is None:
         without = _Left.of(whole, whole.scorer.beside(chosen, each, mine))
     else:
@@ -64,7 +64,7 @@ def evidence(whole: Fit, label: str, rng: np.random.Generator, rest: Fit | None 
     return _against(whole, without, _Left.of(whole, each), nats, mine, rng)
 
 
-def _any(made: Fit, of: Sequence[int], always: Sequence[int], wider: float) -> float:
+def any_of(made: Fit, of: Sequence[int], always: Sequence[int], wider: float) -> float:
     """Logarithm of the probability, up to a constant, of the choices `always` with any of the others `of`.
 
     Whichever of them: what needs a second effect beside it is no surer than the two together. wider: how much more the
