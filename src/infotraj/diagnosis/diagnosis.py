@@ -166,7 +166,8 @@ def diagnose(
     for _ in range(_SEARCHES - 1 if healthy is None else 0):
         # What a fitted model still does not say was no ground to fit it on: it is left out, and the rest judged anew.
         told_of = refused_axes(doubts).keys()
-        after_all = refusal.unanswered(search.observation.model(straight(whole)), flights, start, stop, known=told_of)
+        fitted = search.observation.model(straight(whole))
+        after_all = refusal.unanswered(fitted, flights, start, stop, known=told_of, given=model)
         late = [d for d in as_accepted(after_all, flights) if not refused_axes(doubts).keys() >= set(d.axes)]
         doubts = once((*doubts, *late))
         if not search.known or not any(d.counts for d in late):

@@ -36,16 +36,19 @@ def unanswered(
     stop: float | None = None,
     least: float = LEAST_EXPLAINED,
     known: AbstractSet[str] = frozenset(),
+    given: Model | None = None,
 ) -> list[Doubt]:
     """Doubts about axes (fx .. tz) on which a fitted model explains next to nothing of what was measured.
 
     An axis on which the actuators do not act is not one of them: what else the model says of it is little, or named.
     What is explained is what goes with the prediction: an error that is as large as the measured side, as rotors 1 %
     different make it where a vehicle turns gently, is no disagreement. least: share that is enough; known: axes that
-    are refused for a reason of their own, which says nothing of others.
+    are refused for a reason of their own, which says nothing of others; given: the model before the fit: what it says
+    of an axis is no less true for a fit that went astray, beside an axis on which no model says anything.
     """
     made = compared(model, flights, start, stop)
     after = statistics(made)
+    before = np.zeros(len(AXES)) if given is None else coherence(compared(given, flights, start, stop))
     found = {}
     for i, axis in enumerate(AXES):
         if axis not in reached(model.vehicle) or axis in known:
@@ -53,7 +56,7 @@ def unanswered(
         far = np.isfinite(after.rmse[i]) and after.rmse[i] > _ABOVE_FLOOR * after.floor[i]
         predicted = np.concatenate([e.predicted[e.scored[:, i], i] for e in made])
         says = len(predicted) > 0 and np.std(predicted) > _ABOVE_FLOOR * after.floor[i]
-        explained = max(after.explained[i], _going_with(made, i)) if far and says else 1.0
+        explained = max(after.explained[i], _going_with(made, i), before[i]) if far and says else 1.0
         if explained < least:
             what = f"force along {axis[1]}" if axis[0] == "f" else f"torque about {axis[1]}"
             share = f"the prediction explains {100 * explained:.0f} % of the measured {what}"
