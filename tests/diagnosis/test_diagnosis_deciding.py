@@ -1,8 +1,10 @@
-"""What stands when the model that is given takes a name away: a rival that is impossible is none."""
+"""What stands when the model that is given takes a name away or differs: a rival that is impossible is none."""
+
+from types import SimpleNamespace
 
 import pytest
 
-from infotraj.diagnosis.judge.deciding import _demoted
+from infotraj.diagnosis.judge.deciding import _demoted, _with_apart
 from infotraj.diagnosis.judge.verdicts import Finding
 
 PAIR = ("mass_offset", "thrust_scale")
@@ -24,3 +26,46 @@ def test_of_three_alike_two_stay_a_group():
     left = _demoted(alike((*PAIR, "battery_sag")), {"thrust_scale": "why it went"}, {"thrust_scale"})
     assert [f.verdict for f in left] == ["Not separable", "Plausible", "Not separable"]
     assert left[0].group == ("mass_offset", "battery_sag")
+
+
+def supported(name, parameters, errors):
+    return Finding(name, "Supported", (name,), None, parameters, errors)
+
+
+def model_given(**effects):
+    """What `_with_apart` asks of the model that is given: its members by label, none held back."""
+    made = [
+        SimpleNamespace(
+            candidate=SimpleNamespace(label=label.replace("_3", " 3"), **of), effect=SimpleNamespace(values=v)
+        )
+        for label, (of, v) in effects.items()
+    ]
+    observation = SimpleNamespace(healthy=None)
+    return SimpleNamespace(
+        fit=SimpleNamespace(members=made, linear=SimpleNamespace(observation=observation)), held_back={}
+    )
+
+
+def form(*names, **fixed):
+    return {"form": [SimpleNamespace(name=n) for n in names], "fixed": tuple(fixed.items())}
+
+
+def test_a_number_that_the_new_model_has_elsewhere_is_as_uncertain_as_the_two_differ():
+    """Half of the difference is the deviation of two values that are as likely; what agrees keeps its error."""
+    findings = (
+        supported("mass_offset", {"dm": 1.3}, {"dm": 0.3}),
+        supported("linear_drag", {"d": [0.1, 0.2, 0.3]}, {"d": [0.01, 0.01, 0.03]}),
+        supported("rotor_effectiveness", {"rotor": 3, "factor": 0.8}, {"factor": 0.01}),
+        Finding("wind", "Plausible", ("wind",), None, {"v": 1.0}, {"v": 0.1}),
+    )
+    made = model_given(
+        mass_offset=(form("dm"), {"dm": 2.1}),
+        linear_drag=(form("d"), {"d": [0.1, 0.2, 0.38]}),
+        rotor_effectiveness_3=(form("factor", rotor=3), {"rotor": 3, "factor": 0.8}),
+        wind=(form("v"), {"v": 5.0}),
+    )
+    mass, drag, rotor, wind = _with_apart(findings, made)
+    assert mass.standard_errors["dm"] == pytest.approx(0.5)
+    assert drag.standard_errors["d"] == pytest.approx([0.01, 0.01, 0.05])
+    assert rotor.standard_errors == {"factor": pytest.approx(0.01)}
+    assert wind.standard_errors == {"v": 0.1}

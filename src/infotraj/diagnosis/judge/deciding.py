@@ -9,12 +9,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from infotraj.diagnosis.judge.giving import Given, given
 from infotraj.diagnosis.judge.groups import Rival
 from infotraj.diagnosis.judge.needed import Judged, needed
+from infotraj.diagnosis.judge.numbers import values_of
 from infotraj.diagnosis.judge.ratio import with_ratio
 from infotraj.diagnosis.judge.unexplained import Unexplained
 from infotraj.diagnosis.judge.verdicts import CONFIDENT, Finding, Judge, named
@@ -67,7 +69,7 @@ def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
         rest = [x for x in told.labels if x not in ended or x.split()[0] not in confident]
         if not lost and len(rest) == len(told.labels):
             findings, made = with_ratio(_with_held_back(findings, made), told, made, asked.rng)
-            return findings, told, made
+            return _with_apart(findings, made), told, made
         why |= lost
         impossible |= lost.keys() & {x.split()[0] for x in at_bound.keys() - made.lost.keys()}
         demoted = _demoted(findings, why, impossible)
@@ -114,3 +116,28 @@ def _with_held_back(findings: tuple[Finding, ...], made: Given) -> tuple[Finding
         else f
         for f in findings
     )
+
+
+def _with_apart(findings: tuple[Finding, ...], made: Given) -> tuple[Finding, ...]:
+    """The findings, with errors of what the model that is given says otherwise.
+
+    A number is told beside all that may be missing, the model has what is named: which of them stands beside it is not
+    known either, and two that are as likely are half of their difference from their mean (Draper 1995).
+    """
+    if made.fit.linear.observation.healthy is not None:
+        return findings
+    in_model = {m.candidate.label: values_of(m) for m in made.fit.members if m.candidate.label not in made.held_back}
+    out = []
+    for f in findings:
+        own = next((v for x, v in in_model.items() if x.split()[0] == f.name and _same(v, f)), None)
+        if f.verdict in CONFIDENT and own is not None:
+            apart = {k: 0.5 * np.subtract(own[k], f.parameters[k]) for k in f.standard_errors if k in own}
+            errors = {k: np.hypot(v, apart[k]).tolist() if k in apart else v for k, v in f.standard_errors.items()}
+            f = replace(f, standard_errors=errors)
+        out.append(f)
+    return tuple(out)
+
+
+def _same(values: Mapping[str, Any], f: Finding) -> bool:
+    """Whether numbers are of the same rotor or tilt as a finding's, which has no error of that."""
+    return all(values.get(k) == v for k, v in f.parameters.items() if k not in f.standard_errors)
