@@ -47,6 +47,11 @@ class Model:
             effect.check(vehicle)
         self._acting = tuple(e for e in self.effects if not e.is_absent(vehicle))
 
+    @property
+    def key(self) -> Hashable:
+        """What tells it from other models of its vehicle."""
+        return tuple(e.key for e in self._acting)
+
     def with_effects(self, *effects: Effect) -> Model:
         """A model with further effects."""
         return Model(self.vehicle, (*self.effects, *effects))
@@ -63,7 +68,7 @@ class Model:
         prepared = flight if isinstance(flight, Prepared) else Prepared(self.vehicle, flight)
         if prepared.vehicle != self.vehicle:
             raise UsageError(problem("a flight prepared for another vehicle", self.vehicle.name, "Prepare it again."))
-        prepared.kept.get("channels", tuple(e.key for e in self._acting), lambda: self._check_channels(prepared.flight))
+        prepared.kept.get("channels", self.key, lambda: self._check_channels(prepared.flight))
         law, imu, frame, air = self.actuator_law(), self.imu_law(), self.body_law(), self.air_law()
         imu_key, others = self._key("imu"), self._key("actuators", "air")
         found = [

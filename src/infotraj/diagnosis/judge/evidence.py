@@ -16,6 +16,7 @@ from infotraj.diagnosis.select.search import Fit
 from infotraj.rotations import Array
 
 RESAMPLES = 1000
+_OPEN = 8  # of the other effects of a set any may be absent: with twelve sixteen times as many sets say the same
 _LEAST = 1e-3  # of the squared error that is left on an axis: what moves it by less does not act there
 
 
@@ -67,10 +68,15 @@ def evidence(whole: Fit, label: str, rng: np.random.Generator, rest: Fit | None 
 def any_of(made: Fit, of: Sequence[int], always: Sequence[int], wider: float) -> float:
     """Logarithm of the probability, up to a constant, of the choices `always` with any of the others `of`.
 
-    Whichever of them: what needs a second effect beside it is no surer than the two together. wider: how much more the
-    data scatter than the noise model says.
+    Whichever of them: what needs a second effect beside it is no surer than the two together. Of many others those may
+    be absent that are least missed. wider: how much more the data scatter than the noise model says.
     """
-    sets = [(*always, *some) for k in range(len(of) + 1) for some in combinations(of, k)]
+    whole = (*always, *of)
+    if len(of) > _OPEN:
+        missed = -made.log_probability([tuple(i for i in whole if i != x) for x in of])
+        of = [of[k] for k in np.argsort(missed)[:_OPEN]]
+    stay = tuple(i for i in whole if i not in of)
+    sets = [(*stay, *some) for k in range(len(of) + 1) for some in combinations(of, k)]
     return float(np.logaddexp.reduce(made.log_probability(sets) / wider))
 
 

@@ -12,6 +12,7 @@ them: both sides alike. Above it the filters inside sensors, which no model here
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
@@ -23,7 +24,7 @@ from infotraj.effects.channels import is_derived
 from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
 from infotraj.models import Model, Prediction
 from infotraj.models.interpolation import interpolate
-from infotraj.models.prepared import Prepared
+from infotraj.models.prepared import Kept, Prepared
 from infotraj.rotations import Array
 
 T = TypeVar("T")
@@ -77,8 +78,12 @@ class FlightSamples:
         return self.prepared.flight
 
     def residual(self, model: Model) -> list[Array]:
-        """Measured minus predicted, one (m, 3) a channel."""
-        return self.of_prediction(model.predict(self.prepared))
+        """Measured minus predicted, one (m, 3) a channel; that of the last model is kept."""
+        return self._last.get("residual", model.key, lambda: self.of_prediction(model.predict(self.prepared)))
+
+    @cached_property
+    def _last(self) -> Kept:
+        return Kept(1)
 
     def of_prediction(self, prediction: Prediction) -> list[Array]:
         """Measured minus what this prediction says, one (m, 3) a channel."""

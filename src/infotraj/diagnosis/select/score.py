@@ -93,7 +93,7 @@ class Scorer:
         covariance[:k, :k] = SLAB**2 * np.eye(k)
         covariance[k:, k:] = self.prior[np.ix_(file, file)]
         self.precision = _inverse(covariance)
-        self.reduced = [_reduced(part, self.shared, self.precision) for part in self.parts]
+        self.reduced = _reduced(self.parts[0], self.shared, self.precision)
 
     def scores(self, sets: Sequence[tuple[int, ...]], exact: int | None = None) -> Array:
         """Score of each set, (n,), nats: log marginal likelihood less prices, up to a constant of the data.
@@ -109,7 +109,7 @@ class Scorer:
             which = np.array([i for i, c in enumerate(columns) if len(c) == width])
             index = np.array([columns[i] for i in which], dtype=int).reshape(len(which), width)
             values, theta, error = self._solved(index)
-            found = values[0] - prices[which]
+            found = values - prices[which]
             beyond = (theta < self.low[index] - _SURE * error) | (theta > self.high[index] + _SURE * error)
             outside = beyond.any(axis=1)
             out[which[~outside]] = found[~outside]
@@ -120,7 +120,7 @@ class Scorer:
                 break
             held = self._held(index, theta, error)
             if held is not None:
-                out[i] = held[0] - prices[i]
+                out[i] = held - prices[i]
         return out
 
     def solution(self, chosen: tuple[int, ...]) -> Solution:
@@ -306,41 +306,33 @@ class Scorer:
         return tuple(c for i in chosen for c in self.choices[i].columns)
 
     def _solved(self, index: NDArray) -> tuple[Array, Array, Array]:
-        """Log density of every part (parts, n), numbers and their errors (n, width) on all of them."""
-        values = []
-        theta = error = np.zeros(index.shape)
-        for k, part in enumerate(self.reduced):
-            if index.shape[1] == 0:
-                values.append(np.full(len(index), part.known))
-                continue
-            slab = self.slab[index]
-            gram = part.gram[index[:, :, None], index[:, None, :]] + np.eye(index.shape[1]) / slab[:, :, None] ** 2
-            right = part.right[index]
-            found = np.linalg.solve(gram, right[..., None])[..., 0]
-            size = np.linalg.slogdet(gram)[1] + 2 * np.log(slab).sum(axis=1)
-            values.append(part.known + 0.5 * (np.sum(found * right, axis=1) - size))
-            if k == 0:
-                theta = found
-                error = np.sqrt(np.maximum(np.einsum("nii->ni", np.linalg.inv(gram)), 0.0))
-        return np.array(values), theta, error
+        """Log density (n,), numbers and their errors (n, width) of sets of columns (n, width)."""
+        part = self.reduced
+        if index.shape[1] == 0:
+            return np.full(len(index), part.known), np.zeros(index.shape), np.zeros(index.shape)
+        slab = self.slab[index]
+        gram = part.gram[index[:, :, None], index[:, None, :]] + np.eye(index.shape[1]) / slab[:, :, None] ** 2
+        right = part.right[index]
+        theta = np.linalg.solve(gram, right[..., None])[..., 0]
+        size = np.linalg.slogdet(gram)[1] + 2 * np.log(slab).sum(axis=1)
+        error = np.sqrt(np.maximum(np.einsum("nii->ni", np.linalg.inv(gram)), 0.0))
+        return part.known + 0.5 * (np.sum(theta * right, axis=1) - size), theta, error
 
-    def _held(self, columns: NDArray, theta: Array, error: Array) -> Array | None:
-        """Log density (parts,) of one set whose numbers stop at their bounds; None where none is left free."""
+    def _held(self, columns: NDArray, theta: Array, error: Array) -> float | None:
+        """Log density of one set whose numbers stop at their bounds; None where none is left free."""
         bound = self._bound_values(columns, theta, error)
         free = np.array([c for c in columns if c not in bound], dtype=int)
         if not len(free):
             return None
-        values = []
         place = np.array(list(bound), dtype=int)
         at = np.array([bound[c] for c in place])
-        for part in self.reduced:
-            right = part.right - part.gram[:, place] @ at
-            gram = part.gram[np.ix_(free, free)] + np.diag(1.0 / self.slab[free] ** 2)
-            found = np.linalg.solve(gram, right[free])
-            fixed = at @ part.right[place] - 0.5 * at @ part.gram[np.ix_(place, place)] @ at
-            size = np.linalg.slogdet(gram)[1] + 2 * np.log(self.slab[free]).sum()
-            values.append(part.known + fixed + 0.5 * (found @ right[free] - size))
-        return np.array(values)
+        part = self.reduced
+        right = part.right - part.gram[:, place] @ at
+        gram = part.gram[np.ix_(free, free)] + np.diag(1.0 / self.slab[free] ** 2)
+        found = np.linalg.solve(gram, right[free])
+        fixed = at @ part.right[place] - 0.5 * at @ part.gram[np.ix_(place, place)] @ at
+        size = np.linalg.slogdet(gram)[1] + 2 * np.log(self.slab[free]).sum()
+        return float(part.known + fixed + 0.5 * (found @ right[free] - size))
 
     def _bound_values(
         self, columns: NDArray, theta: Array | None = None, error: Array | None = None
@@ -352,7 +344,7 @@ class Scorer:
             _, one, two = self._solved(columns[None])
             theta, error = one[0], two[0]
         bound: dict[int, float] = {}
-        part = self.reduced[0]
+        part = self.reduced
         free = np.asarray(columns)
         for _ in range(_PASSES):
             low, high = self.low[free], self.high[free]

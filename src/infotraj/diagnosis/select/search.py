@@ -94,8 +94,17 @@ class Fit:
     def log_probability(self, sets: Sequence[tuple[int, ...]]) -> Array:
         """Of sets of choices, (n,), nats up to a constant, however far the file is off: what is sure beside one that is
         nearly right may be nothing beside one that is not."""
-        scores = np.array([x.scores(sets) for x in self._scorers])
-        return np.logaddexp.reduce(scores, axis=0)
+        keys = [frozenset(s) for s in sets]
+        new = {k: s for k, s in zip(keys, sets, strict=True) if k not in self._known}
+        if new:
+            scores = np.array([x.scores(list(new.values())) for x in self._scorers])
+            self._known.update(zip(new, np.logaddexp.reduce(scores, axis=0).tolist(), strict=True))
+        return np.array([self._known[k] for k in keys])
+
+    @cached_property
+    def _known(self) -> dict[frozenset[int], float]:
+        """`log_probability` of sets so far: every effect of a set is asked for beside the same others."""
+        return {}
 
     @property
     def worth(self) -> float:
