@@ -216,6 +216,7 @@ def made_design(flights):
     }  # fmt: skip
 
 
+@pytest.mark.long
 def test_the_next_flight_is_drawn_with_what_it_will_tell(chromium, content, tmp_path):
     (tmp_path / "design.json").write_text(json.dumps(made_design(content["flights"])))
     design = read_design(tmp_path / "design.json")
@@ -272,6 +273,7 @@ def long_flights(count, seconds, rate, boxes):
     )
 
 
+@pytest.mark.long
 def test_six_flights_of_ten_minutes_stay_small_and_quick(chromium, content, tmp_path):
     found = long_flights(6, 600.0, 100.0, 3)
     windows = [TimeWindow(2, "fx", 29.5, 31.5, 1.0, 5.0, 5.0, 0.1)] * 10

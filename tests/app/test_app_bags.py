@@ -49,6 +49,7 @@ def bag(tmp_path):
     return tmp_path / "run.1"
 
 
+@pytest.mark.long
 def test_a_bag_is_dropped_as_a_folder_or_chosen_and_becomes_a_flight(server, chromium, bag, tmp_path):
     tab = chromium.new_page()
     complaints = []

@@ -45,6 +45,7 @@ def crazyflie_log(path):
     return micro_sd(path, flight.t, columns)
 
 
+@pytest.mark.long
 def test_a_log_without_a_suffix_is_told_by_its_first_bytes(server, chromium, tmp_path):
     from playwright.sync_api import expect
 
@@ -99,6 +100,7 @@ def test_a_log_of_any_other_name_has_no_suffix_in_the_folder(server, tmp_path, n
     assert server.finished(window)["files"][written]["name"] == f"{written}.parquet"
 
 
+@pytest.mark.long
 def test_a_log_that_is_not_recognised_is_given_a_mapping_mended_and_asked(server, chromium):
     from playwright.sync_api import expect
 
@@ -147,6 +149,7 @@ def test_a_log_that_is_not_recognised_is_given_a_mapping_mended_and_asked(server
     assert read_flight(server.folder / "board-fixed.parquet").table["wx"].abs().max() < 10.0
 
 
+@pytest.mark.long
 def test_a_fix_overwrites_nothing_and_is_only_of_what_was_offered(server):
     # A flight table in deg/s, and files of the names that its mended form would take.
     flight = read_flight(QUAD / "flight_0.parquet")

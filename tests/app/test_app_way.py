@@ -16,6 +16,7 @@ TOP = Path(__file__).parents[2]
 QUAD = TOP / "examples/quad"
 
 
+@pytest.mark.long
 def test_the_whole_way_from_a_dropped_log_to_a_saved_model(server, chromium, tmp_path):
     from playwright.sync_api import expect
 
@@ -171,6 +172,7 @@ def test_what_was_found_in_a_file_is_known_in_every_window_until_it_changes(serv
     assert server.state(first)["files"] == {}
 
 
+@pytest.mark.long
 def test_a_log_is_checked_for_the_vehicle_that_is_chosen(server, chromium):
     from playwright.sync_api import expect
 

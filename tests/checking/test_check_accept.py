@@ -173,6 +173,7 @@ def test_all_commands_reject_the_same_flight_with_the_same_line(table, other, tm
     assert [f["path"] for f in json.loads((tmp_path / "c.json").read_text())["flights"]] == [str(good)]
 
 
+@pytest.mark.long
 def test_what_was_accepted_is_in_the_provenance_of_every_answer(table, other, tmp_path):
     paths = [written(tmp_path / "a.parquet", table), written(tmp_path / "b.parquet", table)]
     assert "holds the same numbers as" in run(compare_command, VEHICLE, *paths).stderr

@@ -173,6 +173,7 @@ def test_a_held_flight_is_compared_as_the_one_with_its_true_samples(flown):
     assert error.scored.sum() == pytest.approx(expected.scored.sum(), rel=0.02)
 
 
+@pytest.mark.long
 def test_steps_of_a_held_flight_lead_from_sample_to_sample(flown):
     holding, true = flown
     model = Model(load_vehicle(QUADROTOR))

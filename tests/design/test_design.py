@@ -187,6 +187,7 @@ def test_a_design_tells_more_than_a_calm_flight_and_stays_in_its_limits():
     assert shares[0] < shares[1]
 
 
+@pytest.mark.long
 def test_odds_that_would_pass_count_only_where_the_diagnosis_says_which():
     found, _ = flown()
     said = found.finding("linear_drag")
@@ -310,6 +311,7 @@ def _narrowed(share):
     return Told("x", None, None, None, ("x.k",), (share,), (share,), (share / 2,), (share,))
 
 
+@pytest.mark.long
 def test_the_command_writes_a_reference_and_says_what_it_will_tell(tmp_path):
     _, flights = flown()
     paths = []

@@ -59,6 +59,7 @@ def test_nothing_at_its_bound_is_supported(stormy, heavy):
         assert found.unexplained.found or "bound" in why or "does not come to the numbers" in why
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("share", [0.3, 0.7])
 def test_a_wind_that_a_vehicle_can_hold_against_is_named_with_its_force(share):
     """As in a wind tunnel: half of the weight and more, at a tilt of 35 degrees."""

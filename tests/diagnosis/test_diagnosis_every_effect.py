@@ -76,7 +76,7 @@ CASES = {
     },
 }
 # One of a thrust, of a clock and of the air: what the default run looks at.
-SHORT = {("quadrotor", "rotor_effectiveness"), ("quadrotor", "time_offset"), ("quadrotor", "linear_drag")}
+SHORT = {("quadrotor", "rotor_effectiveness"), ("quadrotor", "linear_drag")}
 FEW = {"count": 3, "seconds": 8.0}  # what it looks at them in
 # Lower rotors in equal pairs: the pair as a whole is weaker, as by a thrust scale; what the torque says is small.
 ALIKE = {("omav", "coaxial_loss"): {"coaxial_loss", "thrust_scale"}}

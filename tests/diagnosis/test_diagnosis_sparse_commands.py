@@ -72,6 +72,7 @@ def test_a_thinned_log_shows_what_is_missing_and_no_more(name, true):
             assert np.all(error < 3.0 * np.array(finding.standard_errors[parameter]))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("true", [{}, {"actuation_delay": {"delay": 0.015}}], ids=["nothing", "delay"])
 def test_commands_that_were_held_stay_held(true):
     """At 100 Hz, from a controller of 100 Hz."""

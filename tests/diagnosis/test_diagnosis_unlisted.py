@@ -23,7 +23,8 @@ def answer(name):
     return diagnose(Model(OMAV), fly(hide(OMAV, [(name, UNLISTED[name])]), flights=4, seconds=12.0))
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=() if n == "slosh" else pytest.mark.long) for n in UNLISTED])
+@pytest.mark.long
+@pytest.mark.parametrize("name", UNLISTED)
 def test_physics_of_no_catalogue_is_flagged(name):
     found = answer(name)
     assert found.unexplained.found

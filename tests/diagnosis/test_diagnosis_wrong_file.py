@@ -72,6 +72,7 @@ def thrust_over_mass(vehicle):
 RATIO = thrust_over_mass(load_vehicle(FILE)) / thrust_over_mass(rough_file(load_vehicle(FILE)))
 
 
+@pytest.mark.long
 def test_rotors_that_are_elsewhere_than_the_file_says_make_no_name_beside_their_drag():
     found = diagnosed({"rotor_drag": {"k": 4e-5}}, moved((0.004, -0.004, 0.008), (1.05, 0.97, 1.02, 0.94)))
     assert found.supported == ("rotor_drag",)
@@ -85,6 +86,7 @@ def error_elsewhere(model, hidden):
     return refusal.errors(model, [Flight(table, {})], None, None).rmse
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("off", [False, True])
 def test_thrust_over_mass_is_corrected_in_the_model_beside_what_is_named(off):
     """With an exact file nothing is corrected; with one that is off its ratio and the drag are told, and only the drag
@@ -112,6 +114,7 @@ def test_thrust_over_mass_is_corrected_in_the_model_beside_what_is_named(off):
         assert re.search(f"the new model corrects the file, beside what is named: .*{name}", as_text(found))
 
 
+@pytest.mark.long
 def test_what_the_file_was_off_by_is_left_behind_where_it_is_taken_as_it_is():
     found = diagnosed({"linear_drag": {"d": [0.25, 0.2, 0.3]}}, rough_file)
     linear = found.whole.linear
@@ -123,6 +126,7 @@ def test_what_the_file_was_off_by_is_left_behind_where_it_is_taken_as_it_is():
     assert member.effect.d[:2] == pytest.approx([0.25, 0.2], rel=0.1)
 
 
+@pytest.mark.long
 def test_a_load_is_found_beside_a_wrong_file():
     hidden = {"suspended_load": {"mass": 0.08, "length": 0.5}}
     wrong = moved((0.002, 0.002, 0.0), (1.03, 0.97, 1.01, 0.96), mass=0.97)
@@ -131,6 +135,7 @@ def test_a_load_is_found_beside_a_wrong_file():
     assert found.finding("suspended_load").parameters["length"] == pytest.approx(0.5, rel=0.02)
 
 
+@pytest.mark.long
 def test_the_thrust_over_the_mass_is_told_where_neither_is_told_alone():
     found = diagnosed({}, rough_file)
     assert found.supported == ()
@@ -140,6 +145,7 @@ def test_the_thrust_over_the_mass_is_told_where_neither_is_told_alone():
     assert not any(n.name == "mass" for n in found.file)
 
 
+@pytest.mark.long
 def test_a_millimetre_beside_the_middle_of_the_rotors_is_no_place_of_the_drag():
     """Rotors that are elsewhere look like another centre of mass, beside which the drag acts."""
     found = diagnosed({"linear_drag": {"d": [0.25, 0.2, 0.3]}}, moved((0.001, -0.0015, 0.0)))
@@ -148,6 +154,7 @@ def test_a_millimetre_beside_the_middle_of_the_rotors_is_no_place_of_the_drag():
     assert any(n.name.startswith("where the body's drag acts") for n in found.file)
 
 
+@pytest.mark.long
 def test_what_is_large_and_out_of_line_in_the_file_is_in_the_sentence_and_an_axis_that_gets_worse_in_the_text():
     found = diagnosed({"linear_drag": {"d": [0.25, 0.2, 0.3]}}, rough_file)
     large = FileNumber(THRUST_OVER_MASS, 1.0, 0.9, 0.01, False, large=True)
@@ -167,6 +174,7 @@ def test_an_effect_is_no_surer_than_it_is_with_what_it_needs_beside_it():
     assert any_of(made, [1], [0], 1.0) - any_of(made, [1], [], 1.0) == pytest.approx(3.0, abs=0.01)
 
 
+@pytest.mark.long
 def test_no_file_is_taken_for_granted():
     """Of two file profiles the better counts for the set with an effect and for the one without."""
     whole = diagnosed({"linear_drag": {"d": [0.25, 0.2, 0.3]}}, rough_file).whole
@@ -217,6 +225,7 @@ def test_a_file_that_is_off_by_ten_percent_is_corrected_and_nothing_is_named():
     assert "--save-model" in next_command(found, FILE, None)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [2, 4])
 def test_a_file_of_three_percent_is_corrected_with_all_of_its_numbers(seed):
     """Torques may be off for sure where no number is that explains them: those alone that are sure left a tenth."""
@@ -227,6 +236,7 @@ def test_a_file_of_three_percent_is_corrected_with_all_of_its_numbers(seed):
     assert np.all(corrected[:5] < 0.1 * given[:5])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("force", "bias"), [(0.0, 0.04), (0.03, 0.0)])
 def test_the_bias_of_an_accelerometer_is_no_steady_force(force, bias):
     """It looks like one to who measures forces with it; one that is there, the path shows, too."""
@@ -244,6 +254,7 @@ def test_the_bias_of_an_accelerometer_is_no_steady_force(force, bias):
     assert force or any(n.name.startswith("level of the world frame") for n in found.file)
 
 
+@pytest.mark.long
 def test_beside_a_file_that_whole_steps_do_not_mend_damped_ones_find_the_effect():
     """Without them the model did not come to its numbers, and nothing could be named."""
     found = diagnosed(
@@ -260,6 +271,7 @@ def test_beside_a_file_that_whole_steps_do_not_mend_damped_ones_find_the_effect(
     assert f"rotor_effectiveness ({' '.join(map(str, sorted(rotors)))})" in as_text(found)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("hidden", [{}, {"linear_drag": {"d": [0.25, 0.2, 0.3]}}])
 def test_a_lag_that_is_too_long_in_the_file_is_corrected_and_not_named(hidden):
     """A lag that is missing is longer; what corrects a file may be shorter, too."""
@@ -278,6 +290,7 @@ def test_a_lag_that_is_too_long_in_the_file_is_corrected_and_not_named(hidden):
     assert np.all(corrected[2:5] < 0.2 * given[2:5])
 
 
+@pytest.mark.long
 def test_a_lag_that_hides_behind_a_delay_is_corrected_together_with_it():
     """One after the other neither moves: with the lag of the file the delay is 24 ms, and a longer lag brings nothing
     beside it."""
@@ -298,6 +311,7 @@ def test_a_lag_that_hides_behind_a_delay_is_corrected_together_with_it():
     assert np.all(corrected[2:5] < 0.1 * given[2:5])
 
 
+@pytest.mark.long
 def test_where_no_velocity_is_logged_the_position_shows_that_a_force_is_there():
     """Beside a file that is wrong by 10 % it is not named; what the path shows corrects the model."""
     true = yaml.safe_load(FILE.read_text())

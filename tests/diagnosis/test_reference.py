@@ -51,6 +51,7 @@ def answer(hidden: str):
     return diagnose(wrong(), flights(hidden, (10, 11)), reference=flights("{}", (0, 1, 2)))
 
 
+@pytest.mark.long
 def test_a_weaker_rotor_is_told_beside_a_wrong_file():
     found = answer(json.dumps(WEAK))
     assert found.supported == ("rotor_effectiveness",)
@@ -162,6 +163,7 @@ def test_a_cut_of_two_millimetres_is_told_without_gyro_and_pitch():
     assert diagnose(model, [crazypad("motor_data/tape_on_propeller_M3/E8_log00")], reference=reference).supported == ()
 
 
+@pytest.mark.long
 def test_what_is_asked_begins_at_the_mean_of_the_healthy_flights():
     found = answer(json.dumps(WEAK))
     linear, healthy = found.whole.linear, found.healthy

@@ -218,6 +218,7 @@ def test_a_log_without_the_inputs_of_its_vehicle_says_which_key_to_write():
     assert set(made.reasons) == {"tx", "ty", "tz"}
 
 
+@pytest.mark.long
 def test_every_command_takes_a_wrench_from_the_command_line(tmp_path):
     flight = fly(0.03, noise=1.0, seconds=4.0)[1]
     path, vehicle = tmp_path / "flight.parquet", tmp_path / "vehicle.yaml"

@@ -45,6 +45,7 @@ def test_it_is_the_same_momentum_by_speed_and_by_thrust():
     assert np.allclose(thrusts.angular_acceleration_mean[:-1], speeds.angular_acceleration_mean[:-1], rtol=0, atol=1e-9)
 
 
+@pytest.mark.long
 def test_what_leads_the_yaw_of_a_vehicle_without_speeds_is_named():
     """A lag that the file leaves out, and rotors that push back as they are spun up: yaw has less of the lag."""
     true = vehicle(0.0)

@@ -51,6 +51,7 @@ def test_the_force_there_is_that_of_its_path(more):
     assert np.std(error[late]) < 0.05 * np.std(all_of_it[late])
 
 
+@pytest.mark.long
 def test_markers_beside_the_origin_are_told_and_no_effect_is_named():
     flights = [at_place(fly(CONTENT, {}, seconds=7.0, seed=k, noise=NOISE)) for k in (1, 2)]
     found = diagnose(Model(parse_vehicle(CONTENT)), flights)

@@ -65,6 +65,7 @@ def test_the_committed_study_is_of_plants_that_are_there():
     assert config.learning.prior == "none", "the study sets both priors itself"
 
 
+@pytest.mark.long
 def test_every_arm_is_flown_with_as_many_points(tmp_path):
     config = ExperimentConfig(
         task=FigureEight(period=3.0, cycles=1),
