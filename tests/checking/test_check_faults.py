@@ -58,6 +58,13 @@ def test_a_stream_that_is_extrapolated_to_the_end_is_cut_where_it_died():
     assert check_.usable == [(0.0, pytest.approx(12, abs=0.03))]
 
 
+def test_smooth_commands_of_a_controller_without_noise_are_no_straight_lines():
+    """From row to row they bend by less than single precision rounds; over half a second they do."""
+    smooth = {f"cmd_rotor_{k}": 2000.0 + 40.0 * np.sin(0.9 * T + k) for k in range(4)}
+    check_ = examine(Flight(FLIGHT.table.assign(**smooth), dict(FLIGHT.meta)))
+    assert not [f for f in check_.findings if f.code == "dead_stream"]
+
+
 def test_a_short_bridge_is_noted_and_left_out():
     bridged = (T >= 9) & (T <= 10)
     line = {n: np.linspace(FLIGHT.get(n)[bridged, 0][0], FLIGHT.get(n)[bridged, 0][-1] + 0.3, bridged.sum()) for n in A}

@@ -24,6 +24,8 @@ TIMES_USUAL = 10
 SMALL_SHARE = 0.15
 # Straight within the rounding of single precision, in which most loggers store.
 ROUNDING = 1e-6
+# Times the rounding that a whole stretch may be off its chord: both ends are rounded, too.
+_ENDS = 4.0
 # Odds (natural logarithm) against equal samples by chance; a channel that repeats so often by itself is coarse, and a
 # change by so many of its smallest steps is a jump.
 SURE = 16.0
@@ -66,6 +68,8 @@ def straight_streams(flight: Flight) -> list[Dead]:
         where = np.flatnonzero(good)
         for a, b in _long(t, straight & ~level):
             if columns == POSITION and _moves_so(flight, where[a], where[b - 1]):
+                continue
+            if not _one_line(t[a - 1 : b + 1], x[good][a - 1 : b + 1]):
                 continue
             # the last sample has no neighbour to be measured by: it belongs to the line that leads to it
             last = len(where) - 1 if b == len(where) - 1 else b - 1
@@ -145,12 +149,23 @@ def _straight(t: Array, x: Array) -> tuple[Mask, Mask]:
     left, right = np.diff(t)[:-1, None], np.diff(t)[1:, None]
     chord = (x[:-2] * right + x[2:] * left) / (left + right)
     size = np.maximum.reduce([np.abs(x[:-2]), np.abs(x[1:-1]), np.abs(x[2:])])
-    tolerance = ROUNDING * size + 1e-9
+    tolerance = _tolerance(size)
     on = np.zeros(len(x), dtype=bool)
     on[1:-1] = (np.abs(x[1:-1] - chord) <= tolerance).all(axis=1)
     level = np.zeros(len(x), dtype=bool)
     level[1:-1] = (np.abs(x[2:] - x[:-2]) <= tolerance).all(axis=1)
     return on, level
+
+
+def _one_line(t: Array, x: Array) -> bool:
+    """Whether a stretch is one straight line from end to end: one that bends by less than the rounding from row to row,
+    as smooth commands of a controller without noise do, is far off its chord in the middle."""
+    chord = x[0] + np.outer((t - t[0]) / (t[-1] - t[0]), x[-1] - x[0])
+    return bool((np.abs(x - chord) <= _ENDS * _tolerance(np.abs(x).max(axis=0))).all())
+
+
+def _tolerance(size: Array) -> Array:
+    return ROUNDING * size + 1e-9
 
 
 def _long(t: Array, mask: Mask) -> list[tuple[int, int]]:
