@@ -1,6 +1,7 @@
 """Numbers of the file as an effect has them, and what is known of them before a flight."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -43,6 +44,22 @@ def test_a_corrected_file_makes_the_torque_that_was_found(rotor, axis):
     expected = np.zeros(6)
     expected[3 + axis] = thrust * arm
     np.testing.assert_allclose(after - before, expected, atol=1e-9 * thrust)
+
+
+def test_a_number_that_is_found_and_not_named_is_told_of_the_file(monkeypatch):
+    """A lag that is 75 % probable may be the file's: it takes nearly all of an error off, and has to be said."""
+    lag, delay = (Candidate(effect_class(n), effect_class(n).parameters) for n in ("rotor_lag", "actuation_delay"))
+    linear = SimpleNamespace(columns=[SimpleNamespace(candidate=c) for c in (lag, delay)], spike=lambda _: np.ones(2))
+    made = SimpleNamespace(
+        linear=linear, scales=None, solution=SimpleNamespace(theta=np.array([5.0, 5.0])), labels=("rotor_lag",)
+    )
+    monkeypatch.setattr(numbers, "overdispersion", lambda _: (1.0, 0.01 * np.eye(2)))
+
+    def told(named):
+        return [c.candidate.name for c, *_ in numbers._off(made, named)]
+
+    assert told(()) == ["rotor_lag", "actuation_delay"]
+    assert told({"rotor_lag"}) == ["actuation_delay"]
 
 
 def test_clocks_are_no_worse_for_what_a_file_says_of_its_vehicle():

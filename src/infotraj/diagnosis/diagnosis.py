@@ -21,7 +21,7 @@ from infotraj.diagnosis.judge.deciding import Asked, decided
 from infotraj.diagnosis.judge.evidence import overdispersion
 from infotraj.diagnosis.judge.numbers import FileNumber, file_numbers, fitted_numbers
 from infotraj.diagnosis.judge.unexplained import Unexplained, unexplained
-from infotraj.diagnosis.judge.verdicts import MATTERS, Finding, named
+from infotraj.diagnosis.judge.verdicts import CONFIDENT, MATTERS, Finding, named
 from infotraj.diagnosis.linear.candidates import Candidate, candidates, places
 from infotraj.diagnosis.linear.healthy import Healthy
 from infotraj.diagnosis.linear.observation import Member, Observation
@@ -207,7 +207,7 @@ def diagnose(
         after,
         after_model,
         errors,
-        file_numbers(told) if search.known else (),
+        file_numbers(told, {f.name for f in findings if f.verdict in CONFIDENT}) if search.known else (),
         beyond_bounds(added, vehicle),
         search,
         told,

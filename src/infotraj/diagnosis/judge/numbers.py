@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -73,13 +73,16 @@ def by_parameter(m: Member, values: Array) -> dict[str, Any]:
     return out
 
 
-def file_numbers(made: Fit) -> tuple[FileNumber, ...]:
-    """The numbers of the vehicle file, its clocks and frames, that these flights show to be off."""
+def file_numbers(made: Fit, named: Container[str]) -> tuple[FileNumber, ...]:
+    """The numbers of the vehicle file, its clocks and frames, that these flights show to be off.
+
+    named: effects that are named. What is found and not named may be the file's as well: it is told here.
+    """
     vehicle = made.linear.observation.vehicle
     if made.linear.observation.healthy is not None:
         return ()
     out = thrust_over_mass(made)
-    for c, theta, deviation, spike in _off(made):
+    for c, theta, deviation, spike in _off(made, named):
         rotor = dict(c.candidate.fixed).get("rotor", 0)
         name, declared, per = c.candidate.cls.in_the_file(vehicle, c.place, rotor)
         at = places(c.candidate, vehicle)[c.place]
@@ -102,14 +105,14 @@ def labels_of_file(made: Fit) -> list[str]:
     return [x for x, declared in kinds.items() if declared is not None and declared.kind not in OF_THE_LOG]
 
 
-def _off(made: Fit) -> Iterator[tuple[Column, float, float, float]]:
+def _off(made: Fit, named: Container[str]) -> Iterator[tuple[Column, float, float, float]]:
     """File numbers that are sure not to be what the file says: column, number, its standard error and what this file is
     off by, usual sizes."""
     spike = made.linear.spike(made.scales)
     deviation = np.sqrt(np.diag(overdispersion(made)[1]))
     for i, c in enumerate(made.linear.columns):
         theta = made.solution.theta[i]
-        inside = spike[i] <= 0 or c.candidate.label in made.labels or deviation[i] <= 0
+        inside = spike[i] <= 0 or c.candidate.name in named or deviation[i] <= 0
         if not inside and abs(theta) >= _SEEN * deviation[i]:
             yield c, float(theta), float(deviation[i]), float(spike[i])
 
