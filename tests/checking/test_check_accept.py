@@ -91,7 +91,9 @@ def test_every_code_that_is_written_out_in_the_sources_is_in_the_registry():
     for path in [*(ROOT / "src/infotraj/checking").glob("*.py"), *(ROOT / "src/infotraj/diagnosis").rglob("*.py")]:
         for node in ast.walk(ast.parse(path.read_text())):
             # The diagnosis has findings of its own, on effects.
-            called = getattr(node.func, "id", "") if isinstance(node, ast.Call) and node.args else ""
+            if not (isinstance(node, ast.Call) and node.args):
+                continue
+            called = getattr(node.func, "id", "")
             if called == "Doubt" or (called == "Finding" and path.parent.name == "checking"):
                 found |= literals(node.args[0])
     assert {"dead_stream", "hovers", "copy", "nothing_measured"} <= found
@@ -229,7 +231,12 @@ def test_a_check_is_remembered_until_something_that_it_depends_on_changes(table,
     monkeypatch.setenv("INFOTRAJ_CACHE", str(tmp_path))
     vehicle = load_vehicle(VEHICLE)
     calls = []
-    monkeypatch.setattr(admission, "examine", lambda *a: calls.append(1) or examine(*a))
+
+    def counted(*asked):
+        calls.append(1)
+        return examine(*asked)
+
+    monkeypatch.setattr(admission, "examine", counted)
     flight = Flight(in_degrees(table), {"source": "a"})
     first = checked([flight], vehicle)[0]
     again = checked([accepting(flight, ["rate_unit"])], vehicle)[0]

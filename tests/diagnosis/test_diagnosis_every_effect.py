@@ -6,6 +6,7 @@ docs/effects.md: on an omav whose pairs share one command, moment_scale and gyro
 
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ from infotraj.vehicle import load_vehicle
 
 VEHICLES = Path(__file__).parents[2] / "config/vehicles"
 NOISE = {"gyro": 0.01, "accelerometer": 0.1, "position": 0.001, "attitude": 0.001, "velocity": 0.005}
-CASES = {
+CASES: dict[str, Any] = {
     "quadrotor": {
         "mass_offset": {"dm": 0.04},
         "inertia_error": {"dxx": 0.0008, "dyy": -0.0006, "dzz": 0.0015},

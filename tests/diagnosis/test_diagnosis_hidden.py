@@ -1,5 +1,7 @@
 """Hidden effects in flights of the MuJoCo plant: three effects, a pair and nothing. None is named without need."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hidden_flights import OMAV, fly, truth
@@ -9,7 +11,7 @@ from infotraj.models import Model
 
 FACTOR = (1.0,) * 5 + (0.8,) + (1.0,) * 6
 
-CASES = {
+CASES: dict[str, Any] = {
     "nothing": (truth(), {}),
     "linear_drag": (truth(air={"linear_drag": (0.5, 0.5, 0.8)}), {"linear_drag": {"d": [0.5, 0.5, 0.8]}}),
     "com_offset": (truth(center_of_mass=(0.008, -0.005, 0.006)), {"com_offset": {"r": [0.008, -0.005, 0.006]}}),

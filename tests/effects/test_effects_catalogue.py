@@ -6,6 +6,7 @@ import importlib.metadata
 import json
 import textwrap
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -58,7 +59,7 @@ NAMES = {
     "thrust_exponent": {"n"},
     "sensor_lag": {"time_constant"},
 }
-USUAL = {
+USUAL: dict[str, Any] = {
     "mass_offset": {"omav": (0.05 * 4.04,) * 2, "quadrotor": (0.04, 0.04)},
     "com_offset": {"omav": (0.005, 0.02), "quadrotor": (0.002, 0.006)},
     "rotor_drag": {"omav": (3e-5, 1.2e-4), "quadrotor": (2e-5, 1.2e-4)},

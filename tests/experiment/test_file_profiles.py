@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -103,7 +105,11 @@ def test_what_the_file_happens_to_hold_need_not_be_named():
 
 
 def test_groups_that_state_the_file_or_the_log_are_told_from_invented_ones():
-    numbers = {"mass_offset": [{"dm": 0.04}], "steady_force": [{"f": [0, 0, -0.4]}], "linear_drag": [{"d": [1, 1, 1]}]}
+    numbers: dict[str, Any] = {
+        "mass_offset": [{"dm": 0.04}],
+        "steady_force": [{"f": [0, 0, -0.4]}],
+        "linear_drag": [{"d": [1, 1, 1]}],
+    }
     groups = [(0, ["steady_force", "mass_offset"]), (1, ["linear_drag"]), (2, ["actuation_delay"])]
     found = excused(groups, lambda n: numbers.get(n, [{}]), off_by(mass=0.76), QUAD, frozenset({"actuation_delay"}))
     assert found == (["steady_force"], ["actuation_delay"], {0, 2})

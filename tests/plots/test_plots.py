@@ -337,7 +337,7 @@ def test_the_waterfall_gives_all_axes_of_a_quantity_one_unit(tmp_path):
         "force x", "force y", "torque x, not judged", "torque y", "torque z",
     ]  # fmt: skip
     assert [panel.get_xlabel() for panel in panels[2:]] == ["held-out RMSE [\N{MICRO SIGN}N m]"] * 3
-    assert [bar.get_width() for bar in panels[0].patches] == pytest.approx([6.0, 2.0])
+    assert [bar.get_width() for bar in panels[0].containers[0]] == pytest.approx([6.0, 2.0])
     assert [text.get_text().split(",")[0] for text in figure.legends[0].get_texts()] == [
         "95 % interval",
         "noise floor",

@@ -95,7 +95,7 @@ def test_compiled_marginal_is_mean_plus_deviations():
     for k, u in enumerate(U):
         for s, normal in enumerate((0.0, -2.0)):
             arrays = MarginalDraws(gp, np.random.default_rng(0), 1).arrays
-            marginal_value(u, *arrays, np.full(gp.m, normal), scratch, out[s, k])
+            marginal_value(u, *arrays, np.full(gp.m, normal), scratch, out[s, k])  # type: ignore[call-arg]
     np.testing.assert_allclose(out[0], gp.mean(U), atol=1e-10)
     np.testing.assert_allclose(out[1], gp.mean(U) - 2 * np.sqrt(gp.variance(U)), atol=1e-8)
 

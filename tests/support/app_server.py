@@ -23,6 +23,7 @@ class Server:
         code = [sys.executable, "-m", "infotraj.cli", "app", str(folder), "--port", "0", "--no-browser", "-q", *words]
         self.folder = folder
         self.process = subprocess.Popen(code, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        assert self.process.stdout is not None  # a pipe
         self.address = self.process.stdout.readline().strip()
         self.port = urlsplit(self.address).port
         self.origin = f"http://127.0.0.1:{self.port}"

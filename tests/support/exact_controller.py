@@ -27,16 +27,16 @@ def control_of(vehicle, share_commands):
         arms = np.zeros((0, len(files)))
         gains_a = np.array([[90.0, 90.0, 20.0], [18.0, 18.0, 7.0]])
     else:
-        columns = []
+        axes = []
         arms = np.array([[float(r.get("tilt") == i) for r in files] for i in range(len(joints))])
         for joint in joints:
             a = np.array(joint["axis"], dtype=float)
             a = a / np.linalg.norm(a)
             up, side = np.array([0.0, 0.0, 1.0]), np.cross(a, [0.0, 0.0, 1.0])
-            columns.append((a, up, side))
+            axes.append((a, up, side))
         cells = []
         for which in (1, 2):
-            for i, c in enumerate(columns):
+            for i, c in enumerate(axes):
                 arm = max(abs(np.dot(c[0], r["position"])) for r in files if r.get("tilt") == i)
                 cells.append(np.concatenate([c[which], np.cross(arm * c[0], c[which])]))
         mixer = np.linalg.pinv(np.array(cells).T)

@@ -41,7 +41,7 @@ def fly(vehicle_path, seconds, seed, hidden=None, *, noise=1.0, low=1.0, turn=Tr
     reference = _reference(t, rng, low, tilting and turn)
     effects = np.array([float(hidden.get(name, 0.0)) for name in HIDDEN])
     effects[HIDDEN.index("thrust_scale")] = float(hidden.get("thrust_scale", 1.0))
-    state, sensed, commands = _loop(
+    state, sensed, commands = _loop(  # type: ignore[call-arg]  # numba has it as a function of one argument
         t, *reference, body["mass"], body["inertia"], body["gravity"], body["position"], body["axis"], body["k_f"],
         body["kappa"], body["tau_rotor"], body["tilt_of"], body["tilt_axis"], body["tau_tilt"], body["rate_tilt"],
         body["lower"], body["radius"], body["azimuth_order"], body["inverse"], effects, rng.standard_normal((n, 9)),

@@ -71,7 +71,7 @@ def fly(lag=0.0, factor=1.0, noise=0.0, drag=0.0, seconds=8.0, seed=0, yaw=1.0):
     pace, start = rng.uniform(1.0, 4.0, (3, 3)), rng.uniform(-3, 3, (3, 3))
     p, v, q, w = np.array([0.0, 0.0, 5.0]), np.zeros(3), np.array([1.0, 0, 0, 0]), np.zeros(3)
     thrust = np.full(4, MASS * 9.81 / 4)
-    rows = {k: [] for k in ("p", "v", "q", "w", "a", "u")}
+    rows: dict[str, list] = {k: [] for k in ("p", "v", "q", "w", "a", "u")}
 
     def matrix(q):
         s, x, y, z = q / np.linalg.norm(q)
@@ -108,7 +108,7 @@ def fly(lag=0.0, factor=1.0, noise=0.0, drag=0.0, seconds=8.0, seed=0, yaw=1.0):
             rows[key].append(x.copy())
         for i in range(SUBSTEPS):
             stages = [(0.0, None), (0.5, 0), (0.5, 1), (1.0, 2)]
-            k_ = []
+            k_: list[tuple] = []
             for part, before in stages:
                 d = (np.zeros(3), np.zeros(3), np.zeros(4), np.zeros(3)) if before is None else k_[before]
                 x = [y + part * h * dy for y, dy in zip((p, v, q, w), d, strict=True)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -27,6 +28,9 @@ from infotraj.options import (
 )
 from infotraj.progress import waiting
 from infotraj.terminal import show
+
+if TYPE_CHECKING:
+    from infotraj.comparing.equation_error import ForceFrom
 
 THRESHOLD_PASSED = 4
 
@@ -54,7 +58,7 @@ def compare_command(
     reference: tuple[Path, ...],
     horizons: str | None,
     window: float | None,
-    force_from: str,
+    force_from: ForceFrom,
     fail_above: str | None,
     json_file: Path | None,
     figures: Path | None,

@@ -103,7 +103,7 @@ def _paths(tree, names) -> list[tuple[int, list[tuple[str, str, str, float]]]]:
 
 def _simplified(conditions):
     """Of two bounds on the same side of one quantity the tighter one."""
-    kept = {}
+    kept: dict[tuple[str, str], tuple[str, float]] = {}
     for name, unit, side, cut in conditions:
         known = kept.get((name, side))
         tighter = cut if known is None else (max if side == "above" else min)(known[1], cut)
