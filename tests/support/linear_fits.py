@@ -63,4 +63,4 @@ def linear_fit(
 
     whole = fitted(chosen, None)
     asked.clear()
-    return SimpleNamespace(fitted=fitted, afresh=lambda made: made, barred={}, asked=asked), whole
+    return SimpleNamespace(fitted=fitted, afresh=lambda made: made, known=(), barred={}, asked=asked), whole
