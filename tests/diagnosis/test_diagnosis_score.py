@@ -141,21 +141,3 @@ def test_a_damped_step_goes_far_where_numbers_are_told_and_hardly_where_their_su
     assert np.diff(short) == pytest.approx(np.diff(now), abs=0.01)
     assert abs(np.diff(short)[0] - np.diff(whole)[0]) > 1.0
     np.testing.assert_allclose(made.damped((0, 1), now, 1e9), now, atol=1e-6)
-
-
-def test_the_numbers_of_a_set_cost_least_beforehand_and_as_error_together():
-    """Along a direction that data do not tell, what numbers cost beforehand says how far to go."""
-    x = RNG.standard_normal(400)
-    s = np.column_stack([x, x])
-    made = scorer(s @ [3.0, 0.0] + RNG.standard_normal(400), s, "ab", spike=[0.0, 0.3])
-
-    def cost(theta):
-        return float(made.parts[0][0, 0] - 2 * theta @ made.parts[0][0, 1:] + theta @ made.parts[0][1:, 1:] @ theta) + (
-            made.penalty((0,), theta)
-        )
-
-    best = made.solution((0,)).theta
-    for step in ([0.1, -0.1], [-0.1, 0.1], [0.1, 0.1], [1.0, -1.0]):
-        assert cost(best) < cost(np.add(best, step))
-    flat = cost(np.add(best, [0.5, -0.5])) - cost(best)
-    assert flat == pytest.approx(0.25 * (SLAB**-2 + 0.3**-2), rel=1e-6)

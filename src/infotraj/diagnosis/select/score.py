@@ -141,13 +141,6 @@ class Scorer:
             found.append(theta + self.given)
         return Solution(tuple(chosen), float(self.scores([tuple(chosen)])[0]), found[0], np.array(found[1:]))
 
-    def penalty(self, chosen: Sequence[int], theta: Array) -> float:
-        """What numbers theta (p,) of a set cost beforehand: their squares in standard deviations."""
-        prior = self._with_slabs(np.array(self._columns(chosen), dtype=int))
-        free = np.flatnonzero(np.diag(prior) > 0)
-        x = (theta - self.given)[free]
-        return float(x @ _inverse(prior[np.ix_(free, free)]) @ x)
-
     def damped(self, chosen: tuple[int, ...], now: Array, damping: float) -> Array:
         """Numbers (p,) on all folds after a step from `now` towards the set's own, which damping shortens.
 

@@ -109,20 +109,11 @@ class Fit:
     @property
     def worth(self) -> float:
         """Its score where the numbers are that its model was made linear around, not where that leads."""
-        return self.solution.score - 0.5 * max(self.left, 0.0)
-
-    @cached_property
-    def left(self) -> float:
-        """By how much `cost` would still fall from where the model is to the solution's numbers."""
-        return self.cost(self.linear.now) - self.cost(self.solution.theta)
-
-    def cost(self, theta: Array) -> float:
-        """Weighted squared error with numbers theta (p,), as the linear model has it, and what they cost beforehand."""
-        return float(self.linear.absent.error(theta).sum()) + self.scorer.penalty(self.chosen, theta)
+        return self.solution.score - 0.5 * max(_gain_left(self.linear, self.solution), 0.0)
 
     def may_fall(self, share: float) -> bool:
         """Whether the error would still fall by more than a share of what the solution leaves."""
-        return self.left > share * self.linear.absent.error(self.solution.theta).sum()
+        return _gain_left(self.linear, self.solution) > share * self.linear.absent.error(self.solution.theta).sum()
 
     def error(self, theta: Array) -> Array:
         """Weighted squared error (axes, blocks) with numbers theta (p,), or (folds, p): each fold under its own."""
@@ -167,7 +158,7 @@ class Search:
             chosen, scales, solution = searched(now, now.labelled(before), made.scales, self.barred.keys())
             made = replace(made, chosen=chosen, scales=scales, solution=solution)
             self._say(now, chosen, scales, solution)
-            if set(before) == set(made.labels) and made.left < _SETTLED:
+            if set(before) == set(made.labels) and _gain_left(now, solution) < _SETTLED:
                 break
         return made
 
@@ -325,7 +316,7 @@ class Search:
             if made.exact and k and after.worth < made.worth:
                 break
             made = after
-            if abs(made.left) < _SETTLED:
+            if abs(_gain_left(made.linear, made.solution)) < _SETTLED:
                 break
         return made
 
@@ -335,12 +326,12 @@ class Search:
         if (not made.exact and not beside_file) or any(made.linear.variants[i] is not None for i in made.chosen):
             return made, False
         for k in range(_CHEAP * rounds):
-            now, promised = made.linear, made.left
+            now, promised = made.linear, _gain_left(made.linear, made.solution)
             moved = now.moved(now.members(made.chosen, made.solution.theta, shift=0.0, straight=True))
             if moved is None:
                 break
             after = self._at(made, labels, moved)
-            left = abs(after.left)
+            left = abs(_gain_left(moved, after.solution))
             if k == 0:
                 here, there, came = (
                     now.sums.error(np.zeros(now.sums.width)).sum(),
@@ -378,10 +369,10 @@ class Search:
 
     def _stepped(self, made: Fit, frozen: bool = False) -> Linear:
         """The model around the numbers of a solution; where the error does not fall, the best part of the way there, or
-        of a way that is damped where little is told. What numbers cost beforehand counts as error: without it a way on
-        which the error stays the same would not be gone."""
+        of a way that is damped where little is told."""
         now, chosen, theta = made.linear, made.chosen, made.solution.theta
-        here, there = made.cost(now.now), made.cost(theta)
+        here = now.sums.error(np.zeros(now.sums.width)).sum()
+        there = now.absent.error(theta).sum()
         # A file that is taken as it is may leave more than before: as much as the linear model says is expected.
         allowed = max(here, there + _SETTLED if made.exact else _EXPECTED * there)
         left: list[tuple[float, tuple[Member, ...]]] = []
@@ -389,9 +380,7 @@ class Search:
             # Beside all that the file is off by, as the linear model has it.
             tried = now.members(chosen, numbers, shift=0.0, straight=True)
             point = tried if made.exact else now.members(chosen, numbers, shift=_LOOSE)
-            same = np.array_equal(theta, now.now)
-            cost = 0.0 if same else self._error(now, tried) + made.scorer.penalty(chosen, numbers)
-            left.append((cost, point))
+            left.append((0.0 if np.array_equal(theta, now.now) else self._error(now, tried), point))
             if left[-1][0] <= allowed:
                 break
         point = min(left, key=lambda x: x[0])[1]
@@ -503,3 +492,10 @@ def _apart(common: float, scale: dict[str, float]) -> float:
 
 def _apart_scales(common: float, scale: dict[str, float]) -> Scales:
     return Scales(common, {k: s for k, s in scale.items() if s != common})
+
+
+def _gain_left(now: Linear, solution: Solution) -> float:
+    """By how much the weighted squared error would still fall from where the model is to the solution's numbers."""
+    here = now.sums.error(np.zeros(now.sums.width)).sum()
+    there = now.absent.error(solution.theta).sum()
+    return float(here - there)
