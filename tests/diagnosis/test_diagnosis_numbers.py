@@ -10,7 +10,7 @@ import pytest
 from infotraj import rotations
 from infotraj.diagnosis.gates.level import as_level, unmeasured
 from infotraj.diagnosis.judge import numbers
-from infotraj.diagnosis.linear.candidates import Candidate, places
+from infotraj.diagnosis.linear.candidates import Candidate
 from infotraj.diagnosis.select.prior import Scales, is_file_number, spikes
 from infotraj.dynamics.actuators import body_wrench
 from infotraj.effects import Declared, Effect, Parameter, effect_class
@@ -123,11 +123,3 @@ def test_a_number_of_the_file_has_the_unit_of_the_file(effect, name, unit):
     said, _, _ = cls.in_the_file(VEHICLE, 0, 0)
     assert said == name
     assert numbers._unit(candidate, candidate.form[0].name, said) == unit
-
-
-def test_commands_may_be_stamped_late_and_no_effect_acts_before_its_command():
-    """As a number of the log the delay may be below zero: a model that is clipped there comes to no answer."""
-    delay = effect_class("actuation_delay")
-    (at,) = places(Candidate(delay, delay.parameters), VEHICLE)
-    assert at.low < -0.01
-    assert delay.parameters[0].bounds[0] == 0.0

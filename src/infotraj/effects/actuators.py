@@ -17,7 +17,6 @@ from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
 _LAG = 0.05  # of the declared time constant; a file that declares none is not off by some: its vehicle has no lag
-_EARLY = 0.05  # s: further off a clock is refused (`response_before_command`)
 
 
 class ActuationDelay(Effect):
@@ -35,11 +34,6 @@ class ActuationDelay(Effect):
     @classmethod
     def hidden(cls, vehicle: Vehicle, flight: Flight) -> str | None:
         return coarse(flight, command_columns(vehicle))
-
-    @classmethod
-    def bounds(cls, vehicle: Vehicle, parameter: Parameter) -> tuple[float, float]:
-        """Below zero as well: the clock of the commands may be late, which no transport is."""
-        return -_EARLY, parameter.bounds[1]
 
     def actuators(self, law: ActuatorLaw) -> ActuatorLaw:
         return replace(law, delay=law.delay + self.delay)

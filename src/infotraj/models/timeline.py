@@ -16,8 +16,6 @@ from numba import njit
 from infotraj.models.sensor_lag import shares
 from infotraj.rotations import Array
 
-_END = 0.998  # of the way from a stretch's middle to its end, where a command may jump
-
 
 @dataclass(frozen=True)
 class Timeline:
@@ -52,14 +50,10 @@ class Timeline:
 def timeline(rows: Array, jumps: Array, lag: float = 0.0, coarse: bool = False) -> Timeline:
     """The timeline of rows (n,) s with commands that jump at `jumps` (m,) s, both increasing.
 
-    lag (s): time constant of the sensors' filter; coarse: means are those of every stretch's middle: for how a
-    prediction changes, which need not be as exact as what it says. A filter then has the stretch's ends, too: of its
-    middle alone it would come half a step late, and how a prediction changes with a short one would be that.
+    lag (s): time constant of the sensors' filter; coarse: one point on every stretch, its middle: for how a prediction
+    changes, which need not be as exact as what it says.
     """
-    if coarse and lag > 0.0:
-        places, weights = np.array([-_END, 0.0, _END]), np.array([0.0, 2.0, 0.0])
-    else:
-        places, weights = np.polynomial.legendre.leggauss(1 if coarse else 4 if lag > 0.0 else 2)
+    places, weights = np.polynomial.legendre.leggauss(1 if coarse else 4 if lag > 0.0 else 2)
     places = (1.0 + places) / 2
     basis = np.linalg.inv(np.vander(places, increasing=True)).T.copy()
     given = np.ascontiguousarray(rows, dtype=float), np.ascontiguousarray(jumps, dtype=float)
