@@ -326,3 +326,12 @@ def test_where_no_velocity_is_logged_the_position_shows_that_a_force_is_there():
     assert any(n.name.startswith("level of the world frame") for n in found.file)
     (force,) = [e.f for e in found.model.effects if e.name == "steady_force"]
     assert force[:2] == pytest.approx([0.15, -0.1], abs=0.03)
+
+
+@pytest.mark.long
+def test_a_filter_of_the_sensors_is_not_told_to_be_a_clock_alone():
+    """What is slow is shifted alike by both; from a model that holds the one the other was judged by a derivative."""
+    found = diagnosed({"sensor_lag": {"time_constant": 0.0085}}, rough_file, seconds=16.0)
+    named = {n for s in found.supported for n in found.finding(s).group}
+    assert "sensor_lag" in named
+    assert named <= {"sensor_lag", "time_offset"}

@@ -9,7 +9,7 @@ is none of the other's: only what the other adds to it tells them apart.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from infotraj.diagnosis.judge.evidence import (
     translated,
 )
 from infotraj.diagnosis.judge.needed import TELLS
+from infotraj.diagnosis.select.around import linearised
 from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.search import Fit, Search
 from infotraj.rotations import Array
@@ -31,6 +32,7 @@ AS_PROBABLE = float(np.log(20.0))
 _NEAR = 0.5  # of what an effect gains: a linear rival with as much is fitted before it is compared
 _MOSTLY = 0.5  # of the error that an effect takes off: what a rival takes at least, and may leave
 _MOST = 4  # rivals that are fitted
+_TIMED = ("actuators", "measurement")  # places of effects that shift in time
 
 
 @dataclass(frozen=True)
@@ -78,9 +80,18 @@ def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival
         left_by_set(whole, rest),
         left_beside(whole, whole.scorer.beside(rest, whole.solution.each, mine), own),
     )
-    takes, found = np.maximum(without - left_beside(whole, whole.solution.each, own), 0.0), []
+    left = left_beside(whole, whole.solution.each, own)
+    takes, found = np.maximum(without - left, 0.0), []
+    start, late = _in_time(search, whole, label) if sure else (whole, {})
+    begun = {name: [whole] for name in best}
+    for name, adds in late.items():
+        i = next(i for i in open_to if linear.choices[i].label == name)
+        if adds < max(_NEAR * gain, least):
+            best.setdefault(name, _Near(adds, np.inf, float(both[open_to.index(i)])))
+            begun.setdefault(name, []).append(start)
     for name in sorted(best, key=lambda n: best[n].adds)[:_MOST]:
-        made = search.fitted([*(linear.choices[i].label for i in rest), name], whole)
+        labels = [*(linear.choices[i].label for i in rest), name]
+        made = max((search.fitted(labels, x) for x in begun[name]), key=lambda f: f.worth)
         if name in beyond_bounds(made.members, linear.observation.vehicle):
             continue
         # What the effect leaves is not taken up by numbers that no file has.
@@ -89,11 +100,34 @@ def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival
         there = left_beside(made, made.scorer.beside(made.chosen, near, replaced), own)
         if takes.sum() >= TELLS and _shared(takes, without - there) <= _MOSTLY:
             continue
-        as_good = best[name].rise < min(matters, _MOSTLY * alone)
+        rise = best[name].rise if np.isfinite(best[name].rise) else float(np.expm1(2.0 * np.max(there - left)))
+        as_good = rise < min(matters, _MOSTLY * alone)
         as_good = as_good and _shared(as_it_is - now, as_it_is - left_by_set(made)) > _MOSTLY
         if as_good or (sure and best[name].both - made.solution.score < least):
             found.append(Rival(name, made))
     return found
+
+
+def _in_time(search: Search, whole: Fit, label: str) -> tuple[Fit, dict[str, float]]:
+    """A set without one of its effects that shift in time, and by how many nats each other of them is worse in its
+    place, by label.
+
+    A delay and a lag do the same to what is slow. From a model that has one of them the other is two steps away that
+    are not linear, from one without either it is one.
+    """
+    timed = {c.label: () for c in search.known if not c.cls.linear and c.cls.place in _TIMED}
+    if label not in timed:
+        return whole, {}
+    now, stay = whole.linear, [x for x in whole.labels if x != label]
+    point = [m for m in now.point if m.candidate.label != label]
+    there = linearised(search.observation, point, search.known, timed, like=now, frozen=True)
+    rest = there.labelled(stay)
+    scorer = there.scorer(whole.scales, whole.held)
+    others = [x for x in timed if x not in whole.labels and x not in search.barred]
+    choices = [(*rest, i) for i in there.labelled([label, *others])]
+    own, *scores = scorer.scores(choices)
+    begun = replace(whole, linear=there, chosen=rest, solution=scorer.solution(rest))
+    return begun, {x: float(own - y) for x, y in zip(others, scores, strict=True) if np.isfinite(y)}
 
 
 def _shared(takes: Array, other: Array) -> float:
