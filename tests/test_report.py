@@ -410,6 +410,9 @@ def test_a_verdict_is_cut_where_it_adds_what_cannot_be_said():
         "Structured error is left on fz that g.",
     ]
     assert clauses("No missing effect is supported.") == ["No missing effect is supported."]
+    of_file = clauses("No missing effect is supported; the numbers of your vehicle file make most of the error: a, b.")
+    assert of_file[1] == "The numbers of your vehicle file make most of the error: a, b."
+    assert clauses("Missing: a; your vehicle file is out of line: b 2.")[1] == "Your vehicle file is out of line: b 2."
 
 
 def test_signs_are_signs_and_hyphens_stay():

@@ -4,11 +4,13 @@ import json
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from infotraj.diagnosis.judge.numbers import THRUST_OVER_MASS, FileNumber
 from infotraj.diagnosis.report.following import OTHERS, lines, written_otherwise
 from infotraj.diagnosis.report.reasons import about_takes
+from infotraj.diagnosis.report.summary import sentence
 from infotraj.diagnosis.report.vehicle_file import by_ratio
 from infotraj.report.again import read_content
 from infotraj.report.page import page
@@ -86,3 +88,18 @@ def test_a_share_that_an_effect_takes_is_told_from_its_change(quad_report):
     row = next(r for r in content["answer"]["effects"] if r["name"] == "time_offset")
     row |= {"verdict": "Plausible", "reason": reason}
     assert page(content).count("Held-out change is of") == 1
+
+
+def test_where_only_numbers_of_the_file_are_off_the_sentence_says_how_much_of_the_error_they_make():
+    before, after = np.array([1.0, 1.0, 4.0, np.nan, 1.0, 1.0]), np.array([0.6, 0.2, 1.0, np.nan, 0.9, 0.01])
+    found = SimpleNamespace(
+        supported=(), beside=("mass_offset",), healthy=None, refused={"tz": "why"}, judged=True, file=(),
+        before=SimpleNamespace(rmse=before), after=SimpleNamespace(rmse=after),
+        unexplained=SimpleNamespace(found=False),
+    )  # fmt: skip
+    corrected = "the numbers of your vehicle file make most of the error: corrected, 75 to 80 % of it is gone on fy, fz"
+    assert f"No missing effect is supported; nothing can be said about tz: why; {corrected}." == sentence(found)
+    alone = SimpleNamespace(**{**vars(found), "refused": {"fy": "why", "tz": "why"}})
+    assert sentence(alone).endswith("75 % of it is gone on fz.")
+    for same in ({"beside": ()}, {"after": found.before}):
+        assert "vehicle file" not in sentence(SimpleNamespace(**{**vars(found), **same}))

@@ -143,6 +143,7 @@ def test_the_thrust_over_the_mass_is_told_where_neither_is_told_alone():
     assert ratio.value == pytest.approx(RATIO, abs=0.005)
     assert ratio.standard_error < 0.005
     assert not any(n.name == "mass" for n in found.file)
+    assert "the numbers of your vehicle file make most of the error: corrected, " in sentence(found)
 
 
 @pytest.mark.long

@@ -20,6 +20,9 @@ from infotraj.report.squeezing import deflated
 
 _ORDER = ("Supported", "Not separable", "Plausible", "Not needed", "Not testable here")
 _MARKS = {"Supported": "●", "Not separable": "◐", "Plausible": "○", "Not needed": "–", "Not testable here": "?"}
+_ADDS = (  # where a verdict's sentence is cut
+    "; (?=nothing can be said about |your vehicle file |the numbers of your vehicle file |structured error is left on )"
+)
 _CONFIDENT = ("Supported", "Not separable")
 
 
@@ -90,7 +93,7 @@ def shade(value: float | None) -> str:
 
 def clauses(summary: str) -> list[str]:
     """The verdict, and what its sentence adds of what cannot be said and what is left, a sentence each."""
-    parts = re.split(r"; (?=nothing can be said about |structured error is left on )", summary.removesuffix("."))
+    parts = re.split(_ADDS, summary.removesuffix("."))
     return [f"{part[:1].upper()}{part[1:]}." for part in parts]
 
 

@@ -18,6 +18,7 @@ from infotraj.rotations import Array
 
 _SPARSE = 0.01  # s between commands: with more, a delay of half of it cannot be told
 _FAR = 3.0  # times the floor: an error that large, on an axis that is judged, is spoken of
+_MOST = 0.5  # of an axis' error: where numbers of the file take as much, the answer says so first
 _ORDER = ("Supported", "Not separable", "Plausible", "Not needed", "Not testable here")
 
 
@@ -119,6 +120,19 @@ def _worse(found: Diagnosis) -> list[str]:
     return [axis for i, axis in enumerate(AXES) if rise[i] > WORSE and axis not in found.refused]
 
 
+def _mended_by_file(found: Diagnosis) -> str:
+    """Axes of whose error numbers of the file alone take most, with the share of it that goes; empty without any."""
+    if found.supported or not found.beside or found.healthy is not None:
+        return ""
+    goes = 1.0 - found.after.rmse / found.before.rmse
+    axes = [i for i, a in enumerate(AXES) if a not in found.refused and goes[i] > _MOST]
+    if not axes:
+        return ""
+    shares = [round(100.0 * float(goes[i])) for i in axes]
+    of = f"{min(shares)} to {max(shares)} %" if min(shares) < max(shares) else f"{shares[0]} %"
+    return f"{of} of it is gone on {', '.join(AXES[i] for i in axes)}"
+
+
 def sentence(found: Diagnosis) -> str:
     """What was found, in one sentence."""
     parts = []
@@ -141,6 +155,9 @@ def sentence(found: Diagnosis) -> str:
     ]
     if out_of_line and found.judged:
         first += f"; your vehicle file is out of line: {' and '.join(out_of_line)}"
+    mended = _mended_by_file(found)
+    if mended:
+        first += f"; the numbers of your vehicle file make most of the error: corrected, {mended}"
     if found.unexplained.found:
         where = ", ".join(list(dict.fromkeys(s.axis for s in found.unexplained.axes))[:3])
         first += f"; structured error is left on {where} that no effect of the catalogue explains"
