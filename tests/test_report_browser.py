@@ -197,6 +197,21 @@ def test_in_the_dark_page_and_lines_change_and_paper_stays_white(chromium, quad_
     page.context.close()
 
 
+def test_from_a_narrow_window_two_figures_share_the_width_of_a_sheet_and_no_table_begins_with_its_head_alone(
+    chromium, quad_report
+):
+    page = Opened(chromium, quad_report / "report.html", viewport={"width": 800, "height": 900})
+    plot = "document.querySelector('[data-root=trace-tx]')"
+    width = page.tab.evaluate(f"{plot}.clientWidth")
+    page.tab.evaluate("dispatchEvent(new Event('beforeprint'))")
+    assert width * page.tab.evaluate(f"parseFloat({plot}.style.zoom)") == pytest.approx(330)
+    page.tab.emulate_media(media="print")
+    assert len(page.tab.evaluate(f"getComputedStyle({plot}.closest('.grid')).gridTemplateColumns").split()) == 2
+    breaks = page.tab.evaluate("getComputedStyle(document.querySelector('.effects thead')).breakAfter")
+    assert breaks == "avoid"
+    page.context.close()
+
+
 def made_design(flights):
     """What `infotraj design --json` writes (tests/design holds it against that): a circle, and what it will tell."""
     t = np.linspace(0.0, 10.0, 50)

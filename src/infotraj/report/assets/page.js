@@ -162,8 +162,11 @@
     for (const d of folded) d.open = true;
     // A canvas keeps the width and the colours that it has on the screen: it is made as wide as the paper (more would
     // blur it), and what was drawn for the dark is turned to its negative with the same hues.
+    // Two of a narrow window stand side by side.
     for (const plot of document.querySelectorAll(".plot")) {
-      const room = plot.closest(".three") ? 330 : 680;
+      const narrow = plot.clientWidth < 500, grid = plot.closest(".grid");
+      grid?.classList.toggle("narrow", narrow);
+      const room = narrow || grid?.classList.contains("three") ? 330 : 680;
       plot.style.zoom = Math.min(1.3, room / Math.max(1, plot.clientWidth));
       plot.style.filter = dark.matches ? "invert(1) hue-rotate(180deg)" : "";
     }
