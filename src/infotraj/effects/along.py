@@ -181,7 +181,12 @@ class Along:
         return self._kept[name]
 
     def _rotors_in_air(self) -> tuple[Array, Array]:
-        return self._keep("air", lambda: _air_velocity(self.velocity_in_air, self.rate, *self._frames()))
+        return self._keep("air", lambda: _air_velocity(self.velocity_in_air, self.rate, *self._met()))
+
+    def _met(self) -> tuple[Array, Array]:
+        """Where the air meets the rotors, and their axes; the torque of what it does there is `rotor_place`'s."""
+        position, axis = self._frames()
+        return (position + _moved(self) if self.air.moved else position), axis
 
     def _frames(self) -> tuple[Array, Array]:
         return self.actuation.keep("frames", lambda: rotor_frames(self.vehicle, self.tilt))
@@ -209,6 +214,44 @@ class Along:
             inner = (c1 + 2 * c2 * self.actuation.rotor) * self.actuation.rotor_slope
             rise = np.where(root > 0, inner / (2 * k_f * root), 0.0)
         return root, rise
+
+
+def torque_arm(along: Along, rotor: int, r: Array) -> Array:
+    """The torque (3,) m of a unit of a rotor's thrust, r at tilt 0, as the rotor is tilted, (3,) or (N, 3)."""
+    tilt = along.vehicle.rotors[rotor].tilt
+    if tilt is None:
+        return r
+    about = along.vehicle.tilts[tilt].axis
+    half, quarter = turned_about(about, np.pi, r), turned_about(about, np.pi / 2, r)
+    fixed = (r + half) / 2
+    cosine, sine = along.actuation.keep(f"turn of tilt {tilt}", lambda: _turn(along.tilt[:, tilt]))
+    return fixed + cosine * (r - fixed) + sine * (quarter - fixed)
+
+
+def of_arm(vehicle: Vehicle, rotor: int) -> list[int]:
+    """The rotors that share an arm with this one, itself among them: one tilt, or one place seen from above."""
+    own = vehicle.rotors[rotor]
+
+    def same(other) -> bool:
+        if own.tilt is not None or other.tilt is not None:
+            return own.tilt == other.tilt
+        return bool(np.allclose(own.position[:2], other.position[:2], atol=1e-3))
+
+    return [i for i, r in enumerate(vehicle.rotors) if same(r)]
+
+
+def _turn(angle: Array) -> tuple[Array, Array]:
+    return np.cos(angle)[:, None], np.sin(angle)[:, None]
+
+
+def _moved(along: Along) -> Array:
+    """How far the rotors are from where the file has them, (N, rotors, 3) m, across their axes: p of r = p x d."""
+    out = np.zeros_like(along.axis)
+    for rotor, r in along.air.moved:
+        arm = torque_arm(along, rotor, r)
+        for i in of_arm(along.vehicle, rotor):
+            out[:, i] += np.cross(along.axis[:, i], arm)
+    return out
 
 
 def rotor_frames(vehicle: Vehicle, tilt: Array) -> tuple[Array, Array]:

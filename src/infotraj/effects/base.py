@@ -97,6 +97,7 @@ class Effect(ABC):
     states: ClassVar[int] = 0  # numbers of each flight's own that are found with it
     exact: ClassVar[bool] = False  # mechanics or a constant, not a formula that approximates what happens
     shifts: ClassVar[bool] = False  # of actuators: at rest they are elsewhere than their commands, not late alone
+    meets_air_at_rotors: ClassVar[bool] = False  # it reads the air's velocity at the rotors, which stand where they are
     balance: ClassVar[bool] = False  # of a rigid body: changes what torques a vehicle that stays level needs
     declared: ClassVar[Declared | None] = None  # its numbers are numbers of the vehicle file or of the log's clocks
 
@@ -252,6 +253,10 @@ class Effect(ABC):
     def air(self, law: AirLaw) -> AirLaw:
         """The air with this effect: its wind, and where drag acts on the body."""
         return law
+
+    def moved_rotor(self) -> tuple[int, Array] | None:
+        """A rotor that is not where the file has it; torque (3,) m of a unit of its thrust beside the file's."""
+        return None
 
     def thrust_factor(self, along: Along) -> Array | float:
         """What multiplies the rotors' thrust: a number, (rotors,) or (N, rotors)."""

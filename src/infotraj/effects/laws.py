@@ -41,10 +41,15 @@ class ActuatorLaw:
 
 @dataclass(frozen=True)
 class AirLaw:
-    """What the body flies through: wind (3,) m/s, world axes; pressure_centre (3,) m, body axes: where drag acts."""
+    """What the body flies through: wind (3,) m/s, world axes; pressure_centre (3,) m, body axes: where drag acts.
+
+    moved: rotors that are not where the vehicle file has them, each with the torque (3,) m of a unit of its thrust
+    beside the file's, body axes at tilt 0.
+    """
 
     wind: Array
     pressure_centre: Array
+    moved: tuple[tuple[int, Array], ...] = ()
 
     @classmethod
     def still(cls) -> AirLaw:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from infotraj.dynamics.actuators import turned_about
-from infotraj.effects.along import Along
+from infotraj.effects.along import Along, of_arm, torque_arm
 from infotraj.effects.base import AXES, Declared, Effect, Parameter
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
@@ -15,7 +14,8 @@ class RotorTorque(Effect):
     """Torque r T of a rotor's thrust T beside what the file says, r turning with the rotor's tilt.
 
     For a rotor that is displaced by p along its plane r is p x d, d its axis; along d, r is what its moment constant is
-    off by. Rotors of one arm, one above the other, share r: their thrusts are hardly told apart.
+    off by. Rotors of one arm, one above the other, share r: their thrusts are hardly told apart. What meets the air at
+    a rotor (inflow, its drag) meets it p further.
     """
 
     name = "rotor_torque"
@@ -41,39 +41,18 @@ class RotorTorque(Effect):
         other, sign = (1, 1.0) if place == 0 else (0, -1.0)
         return f"rotor_{rotor}.position.{AXES[other]}", float(r.position[other]), sign
 
+    def moved_rotor(self) -> tuple[int, Array]:
+        return self.rotor, self.r
+
     def wrench(self, along: Along) -> Array:
         rotors = of_arm(along.vehicle, self.rotor)
         assert along.thrust is not None  # a wrench is asked for when the thrust is known
         thrust = along.thrust[:, rotors[0]] if len(rotors) == 1 else along.thrust[:, rotors].sum(axis=1)
-        tilt = along.vehicle.rotors[self.rotor].tilt
-        r = self.r
-        if tilt is not None:
-            about = along.vehicle.tilts[tilt].axis
-            half, quarter = turned_about(about, np.pi, self.r), turned_about(about, np.pi / 2, self.r)
-            fixed = (self.r + half) / 2
-            cosine, sine = along.actuation.keep(f"turn of tilt {tilt}", lambda: _turn(along.tilt[:, tilt]))
-            r = fixed + cosine * (self.r - fixed) + sine * (quarter - fixed)
         torque = np.zeros((along.count, 6))
-        np.multiply(thrust[:, None], r, out=torque[:, 3:])
+        np.multiply(thrust[:, None], torque_arm(along, self.rotor, self.r), out=torque[:, 3:])
         return torque
-
-
-def _turn(angle: Array) -> tuple[Array, Array]:
-    return np.cos(angle)[:, None], np.sin(angle)[:, None]
 
 
 def arms(vehicle: Vehicle) -> list[int]:
     """The first rotor of each arm."""
     return [i for i in range(len(vehicle.rotors)) if of_arm(vehicle, i)[0] == i]
-
-
-def of_arm(vehicle: Vehicle, rotor: int) -> list[int]:
-    """The rotors that share an arm with this one, itself among them: one tilt, or one place seen from above."""
-    own = vehicle.rotors[rotor]
-
-    def same(other) -> bool:
-        if own.tilt is not None or other.tilt is not None:
-            return own.tilt == other.tilt
-        return bool(np.allclose(own.position[:2], other.position[:2], atol=1e-3))
-
-    return [i for i, r in enumerate(vehicle.rotors) if same(r)]

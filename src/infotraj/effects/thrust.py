@@ -136,6 +136,7 @@ class AxialInflow(Effect):
     k: float
     needs = ("velocity", "rate", "rotor speed")
     needs_to_act = needs
+    meets_air_at_rotors = True
     source = "Svacha et al. (2017); rotorpy; Leishman 3.3"
 
     @classmethod

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Hashable, Iterable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -70,7 +71,7 @@ class Model:
             raise UsageError(problem("a flight prepared for another vehicle", self.vehicle.name, "Prepare it again."))
         prepared.kept.get("channels", self.key, lambda: self._check_channels(prepared.flight))
         law, imu, frame, air = self.actuator_law(), self.imu_law(), self.body_law(), self.air_law()
-        imu_key, others = self._key("imu"), self._key("actuators", "air")
+        imu_key, others = self._key("imu"), self._flown
         found = [
             self._segment(prepared, s, prepared.along(s, imu, law, air, imu_key, others), imu, frame)
             for s in prepared.segments(imu, law.delay)
@@ -111,7 +112,18 @@ class Model:
         law = AirLaw.still()
         for effect in self._acting:
             law = effect.air(law)
-        return law
+        moved = [e.moved_rotor() for e in self._moved]
+        return replace(law, moved=tuple(m for m in moved if m is not None))
+
+    @property
+    def _moved(self) -> list[Effect]:
+        """What moves rotors, where something meets the air there."""
+        return self._with("moved_rotor") if any(e.meets_air_at_rotors for e in self._acting) else []
+
+    @property
+    def _flown(self) -> Hashable:
+        """What actuators and air follow from, to look up what they make."""
+        return self._key("actuators", "air"), tuple(e.key for e in self._moved)
 
     def body_law(self) -> BodyLaw:
         """The rigid body of this model. InputError where its effects leave no physical one."""
@@ -144,7 +156,7 @@ class Model:
     def _segment(self, prepared: Prepared, segment: Segment, along: Along, imu: ImuLaw, frame: BodyLaw):
         """Specific force, its mean, angular acceleration, its mean at the segment's rows, each (rows, 3)."""
         line, kept = segment.line, prepared.kept_of_segments
-        base_key = (self._key("actuators", "air"), self._key("imu"))
+        base_key = (self._flown, self._key("imu"))
         thrust_key = (base_key, self._key("thrust_factor", "thrust_loss", "reaction_factor"))
         thrust, total = kept.get(f"thrust {segment.start}", thrust_key, lambda: self._thrust(along, prepared))
         along = copy.copy(along)
