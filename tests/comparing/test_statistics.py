@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from infotraj.comparing.equation_error import EquationError
-from infotraj.comparing.statistics import statistics
+from infotraj.comparing.statistics import difference, statistics
 from infotraj.comparing.summary import remarks
 
 
@@ -33,3 +33,13 @@ def test_a_floor_that_depends_on_the_model_says_so():
     (said,) = remarks(statistics([red]), [red])
     assert said.endswith("the floor there is all that changes within 0.45 s unexplained, less with a better model")
     assert not list(remarks(statistics([white]), [white]))
+
+
+def test_the_error_of_a_difference_is_what_it_scatters_by_from_drawing_to_drawing():
+    rng = np.random.default_rng(0)
+    drawn = [
+        difference([error_of(rng.normal(0, 1.2, 600), 0.1)], [error_of(rng.normal(0, 1, 600), 0.1)]) for _ in range(200)
+    ]
+    scatter = np.std([d.mean[0] for d in drawn])
+    assert np.mean([d.mean[0] for d in drawn]) == pytest.approx(0.44, abs=3 * scatter / np.sqrt(200))
+    assert np.mean([d.standard_error[0] for d in drawn]) == pytest.approx(scatter, rel=0.15)

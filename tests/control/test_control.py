@@ -9,10 +9,12 @@ from infotraj import rotations
 from infotraj.control.demand import demand
 from infotraj.control.gains import Gains
 from infotraj.control.inversion import invert
+from infotraj.control.thrust_vector import ThrustVectorController, ThrustVectorGains
 from infotraj.control.tracking import TrackingController, no_residual, states
 from infotraj.dynamics import rigid_body
 from infotraj.residual.gaussian_process import GaussianProcess
 from infotraj.robots.robot import Estimate
+from infotraj.trajectories.reference import Reference
 from infotraj.trajectories.tasks import figure_eight
 from infotraj.vehicle import load_vehicle
 
@@ -98,3 +100,19 @@ def test_controller_commands_hover_and_forgets_on_reset():
     assert not np.allclose(first[0], second[0], atol=1e-12)
     controller.reset()
     np.testing.assert_array_equal(controller.command(0, still)[0], first[0])
+
+
+def test_without_gains_the_torque_of_a_turning_quadrotor_is_what_keeps_it_turning():
+    """Euler: I dw/dt + w x I w = tau, and dw/dt is the reference's, none."""
+    vehicle = load_vehicle(Path(__file__).parents[2] / "config" / "vehicles" / "quadrotor.yaml")
+    free = ThrustVectorGains(
+        **dict.fromkeys(["attitude_p", "attitude_d", "attitude_i", "yaw_p", "yaw_d", "yaw_i"], 0.0)
+    )
+    none = np.zeros((10, 3))
+    level = np.tile([1.0, 0.0, 0.0, 0.0], (10, 1))
+    still = Reference(0.01 * np.arange(10), none, level, none, none, none, none)
+    rate = np.array([1.0, -2.0, 3.0])
+    estimate = Estimate(still.position[0], still.attitude[0], np.zeros(3), rate)
+    wrench, _, _ = ThrustVectorController(vehicle, still, free).command(0, estimate)
+    np.testing.assert_allclose(wrench[3:], np.cross(rate, vehicle.inertia_matrix() @ rate), atol=1e-12)
+    assert np.abs(wrench[3:]).max() > 1e-3

@@ -58,6 +58,12 @@ def test_allocation_of_a_small_torque_is_exact_up_to_the_pairs_common_tilt(omav)
     np.testing.assert_allclose(achieved, wrench, atol=2e-3)
 
 
+def test_allocation_of_a_vehicle_without_tilts_is_exact_in_yaw_too():
+    quadrotor = load_vehicle(OMAV.with_name("quadrotor.yaml"))
+    wrench = np.array([0.0, 0.0, 8.0, 0.05, -0.03, 0.02])
+    np.testing.assert_allclose(body_wrench(quadrotor, *Allocation(quadrotor).actuators(wrench)), wrench, atol=1e-9)
+
+
 def test_allocation_refuses_a_rotor_beside_the_axis_of_its_tilt(omav):
     content = omav.model_dump()
     content["rotors"][0]["position"] = (0.05, -0.3, 0.06)

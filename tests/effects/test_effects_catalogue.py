@@ -14,6 +14,7 @@ import pytest
 from click.testing import CliRunner
 
 from infotraj.effects import Effect, Parameter, catalogue, effect_class, registry
+from infotraj.effects.along import Actuation, Along, Motion
 from infotraj.effects.command import effects_command
 from infotraj.errors import InputError, UsageError
 from infotraj.flight import Flight
@@ -257,3 +258,20 @@ def test_an_effect_without_a_hook_of_its_own_leaves_the_model_alone():
     np.testing.assert_array_equal(
         Model(quadrotor, [Nothing(x=1.0)]).predict(f).specific_force, Model(quadrotor).predict(f).specific_force
     )
+
+
+def test_the_momentum_of_rotors_on_arms_that_tilt_changes_as_their_slope_says():
+    vehicle = load_vehicle(VEHICLES / "omav.yaml")
+    rotors, tilts = len(vehicle.rotors), len(vehicle.tilts)
+    rng = np.random.default_rng(0)
+    speed, rise = rng.uniform(300, 900, rotors), rng.uniform(-50, 50, rotors)
+    tilt, turning = rng.uniform(-1, 1, tilts), rng.uniform(-2, 2, tilts)
+    effect = catalogue()["gyroscopic"](rotor_inertia=3e-5)
+
+    def along(t):
+        now = Actuation(*(x[None] for x in (speed + t * rise, rise, tilt + t * turning, turning)))
+        return Along(vehicle, Motion(np.zeros(1), None, None, None, None, None), now)
+
+    h = 1e-5
+    before, after = (effect.rotor_momentum(along(t))[0] for t in (-h, h))
+    np.testing.assert_allclose(effect.rotor_momentum(along(0.0))[1], (after - before) / (2 * h), rtol=1e-6, atol=1e-9)
