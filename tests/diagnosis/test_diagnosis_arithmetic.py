@@ -1,0 +1,46 @@
+"""Small parts of the diagnosis by numbers that can be worked out by hand."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from infotraj.comparing.equation_error import EquationError
+from infotraj.diagnosis.gates.refusal import coherence
+from infotraj.diagnosis.judge.evidence import resampled
+from infotraj.diagnosis.linear.healthy import Healthy
+from infotraj.diagnosis.report.summary import _worse
+
+
+def test_what_goes_against_the_prediction_does_not_go_with_it():
+    measured = np.random.default_rng(0).normal(0, 1, (100, 6))
+    some = dict(floor=np.ones(6), red=np.ones(6), unit={}, force_from="", window=0.15, reasons={}, left_out={})
+    t = 0.1 * np.arange(100)
+    assert coherence([EquationError(t, measured, -measured, **some)]) == pytest.approx(0.0)
+    assert coherence([EquationError(t, measured, 0.3 * measured, **some)]) == pytest.approx(1.0)
+
+
+def test_blocks_are_drawn_within_their_flights():
+    flight = np.repeat([0, 1, 2], [3, 5, 8])
+    drawn = resampled(flight, np.random.default_rng(0), 200)
+    for f, blocks in enumerate((3, 5, 8)):
+        assert (drawn[:, flight == f].sum(axis=1) == blocks).all()
+    assert drawn.mean(axis=0) == pytest.approx(1.0, abs=0.3)
+
+
+def test_a_flight_alone_may_differ_by_what_healthy_flights_differ_by():
+    owners = (("a", 0), ("b", 1))
+    covariance, scatter = np.array([[0.04, 0.01], [0.01, 0.09]]), np.array([0.5, 0.2])
+    healthy = Healthy({}, owners, np.zeros(2), covariance, scatter, frozenset(), ())
+    columns = [("b", 1), ("c", 0), ("a", 0), ("b", 1)]
+    alone, several = (healthy.prior(columns, alone=x) for x in (True, False))
+    assert several[np.ix_([2, 0], [2, 0])] == pytest.approx(covariance)
+    assert np.diag(alone - several) == pytest.approx([0.04, 0.0, 0.25, 0.0])
+
+
+def test_axes_that_get_worse_are_those_whose_error_grows():
+    before, after = np.ones(6), np.array([0.1, 2.0, 1.0, np.nan, 5.0, 1.0])
+    found = SimpleNamespace(
+        before=SimpleNamespace(rmse=before), after=SimpleNamespace(rmse=after), refused={"ty": "why"}
+    )
+    assert _worse(found) == ["fy"]
