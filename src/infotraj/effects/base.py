@@ -97,7 +97,7 @@ class Effect(ABC):
     states: ClassVar[int] = 0  # numbers of each flight's own that are found with it
     exact: ClassVar[bool] = False  # mechanics or a constant, not a formula that approximates what happens
     shifts: ClassVar[bool] = False  # of actuators: at rest they are elsewhere than their commands, not late alone
-    meets_air_at_rotors: ClassVar[bool] = False  # it reads the air's velocity at the rotors, which stand where they are
+    damps_turns: ClassVar[bool] = False  # by the air's velocity at the rotors, arm by arm: where they are matters
     balance: ClassVar[bool] = False  # of a rigid body: changes what torques a vehicle that stays level needs
     declared: ClassVar[Declared | None] = None  # its numbers are numbers of the vehicle file or of the log's clocks
 

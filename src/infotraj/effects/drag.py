@@ -23,7 +23,7 @@ class RotorDrag(Effect):
     k: float
     needs = ("velocity", "rate", "rotor speed")
     needs_to_act = needs
-    meets_air_at_rotors = True
+    damps_turns = True
     source = "Martin and Salaun (2010), eq. 9; rotorpy; RotorS"
     linear = True
 

@@ -27,7 +27,6 @@ class HubMoment(Effect):
     k: float
     needs = ("inertia", "velocity", "rate", "rotor speed")
     needs_to_act = ("velocity", "rate", "rotor speed")
-    meets_air_at_rotors = True
     source = "Leishman, Principles of Helicopter Aerodynamics, 4.5; RotorS"
     hidden_when = "rotors on parallel axes turn at equal speed in opposite senses: their moments cancel"
     linear = True
@@ -65,7 +64,6 @@ class TranslationalLift(Effect):
     k: float
     needs = ("rotors", "velocity", "rate")
     needs_to_act = needs
-    meets_air_at_rotors = True
     source = "Leishman, Principles of Helicopter Aerodynamics, 2.14"
     linear = True
 

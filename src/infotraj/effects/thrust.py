@@ -136,7 +136,7 @@ class AxialInflow(Effect):
     k: float
     needs = ("velocity", "rate", "rotor speed")
     needs_to_act = needs
-    meets_air_at_rotors = True
+    damps_turns = True
     source = "Svacha et al. (2017); rotorpy; Leishman 3.3"
 
     @classmethod

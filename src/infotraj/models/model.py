@@ -117,8 +117,8 @@ class Model:
 
     @property
     def _moved(self) -> list[Effect]:
-        """What moves rotors, where something meets the air there."""
-        return self._with("moved_rotor") if any(e.meets_air_at_rotors for e in self._acting) else []
+        """What moves rotors, where something meets the air there and damps turns by that."""
+        return self._with("moved_rotor") if any(e.damps_turns for e in self._acting) else []
 
     @property
     def _flown(self) -> Hashable:
