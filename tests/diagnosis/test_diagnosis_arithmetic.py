@@ -7,9 +7,11 @@ import pytest
 
 from infotraj.comparing.equation_error import EquationError
 from infotraj.diagnosis.gates.refusal import coherence
+from infotraj.diagnosis.judge import numbers
 from infotraj.diagnosis.judge.evidence import resampled
 from infotraj.diagnosis.linear.healthy import Healthy
 from infotraj.diagnosis.report.summary import _worse
+from infotraj.diagnosis.select.prior import Scales
 
 
 def test_what_goes_against_the_prediction_does_not_go_with_it():
@@ -44,3 +46,24 @@ def test_axes_that_get_worse_are_those_whose_error_grows():
         before=SimpleNamespace(rmse=before), after=SimpleNamespace(rmse=after), refused={"ty": "why"}
     )
     assert _worse(found) == ["fy"]
+
+
+def test_a_vehicle_that_is_heavier_than_its_file_has_less_thrust_over_mass_and_stronger_rotors_have_more(monkeypatch):
+    names = ["mass_offset", "rotor_effectiveness 0", "rotor_effectiveness 1"]
+    columns = [
+        SimpleNamespace(candidate=SimpleNamespace(name=x.split()[0], label=x), scale=s)
+        for x, s in zip(names, (0.08, 1.0, 1.0), strict=True)
+    ]
+    vehicle = SimpleNamespace(mass=0.8, rotors=(None, None))
+    linear = SimpleNamespace(
+        columns=columns, observation=SimpleNamespace(vehicle=vehicle), spike=lambda scales: np.full(3, 0.01)
+    )
+    monkeypatch.setattr(numbers, "overdispersion", lambda made: (1.0, 1e-6 * np.eye(3)))
+
+    def factor(*theta):
+        made = SimpleNamespace(linear=linear, labels=(), solution=SimpleNamespace(theta=np.array(theta)))
+        (found,) = numbers.thrust_over_mass(made, Scales(1.0))
+        return found.value
+
+    assert factor(0.5, 0.0, 0.0) == pytest.approx(np.exp(-0.05))
+    assert factor(0.0, 0.1, 0.04) == pytest.approx(np.exp(0.07))
