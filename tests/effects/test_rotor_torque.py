@@ -64,8 +64,10 @@ def test_on_an_arm_that_tilts_the_rotor_that_is_elsewhere_tilts_with_it():
     table = fly(yaml.safe_load(path.read_text()), {}, seconds=3.0, seed=0, noise={})
     flight = Flight(table, {})
     rotor = next(i for i, r in enumerate(vehicle.rotors) if r.tilt is not None)
-    arm = [i for i, r in enumerate(vehicle.rotors) if r.tilt == vehicle.rotors[rotor].tilt]
-    by = np.cross(vehicle.rotors[rotor].axis, vehicle.tilts[vehicle.rotors[rotor].tilt].axis) * 0.01
+    tilt = vehicle.rotors[rotor].tilt
+    assert tilt is not None
+    arm = [i for i, r in enumerate(vehicle.rotors) if r.tilt == tilt]
+    by = np.cross(vehicle.rotors[rotor].axis, vehicle.tilts[tilt].axis) * 0.01
     elsewhere = vehicle
     for i in arm:
         elsewhere = moved(elsewhere, i, by)
