@@ -45,7 +45,7 @@ def test_what_meets_the_air_at_a_rotor_meets_it_where_the_rotor_is(name, flight)
     np.testing.assert_allclose(corrected[:, :3], true[:, :3], atol=1e-10)
     if name != "rotor_drag":
         np.testing.assert_allclose(corrected, true, atol=1e-10)
-    # Without the file's correction it is elsewhere by a tenth of the effect, which is no small thing beside noise.
+    # Without the correction the force is another, so that this can fail.
     assert np.max(np.abs(turned(Model(vehicle, [effect]), flight) - true)[:, :3]) > 1e-3
 
 

@@ -19,7 +19,8 @@ from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.noise.spectra import binned, spectra
 from infotraj.diagnosis.select.around import Linear, linearised
 from infotraj.diagnosis.select.bounds import beyond_bounds
-from infotraj.diagnosis.select.prior import SCALES, SLAB, Scales, is_file_number
+from infotraj.diagnosis.select.prior import Scales, is_file_number
+from infotraj.diagnosis.select.scaling import scaled
 from infotraj.diagnosis.select.score import Scorer, Solution
 from infotraj.rotations import Array
 
@@ -433,65 +434,6 @@ def searched(
         scales = scaled(now, first.chosen, common.common)
         solution = now.scorer(scales).search(2, every, first.chosen, exhaustive=1)
     return solution.chosen, scales, solution
-
-
-def scaled(now: Linear, chosen: tuple[int, ...], common: float) -> Scales:
-    """How far the file is off beside a set of effects, for each kind of which it holds several numbers.
-
-    A kind of one effect keeps the common scale: what is out of line with it is no longer a matter of the file.
-
-    Marginal likelihood (MacKay 1992) of the file numbers that are not chosen, chosen and kept effects integrated out.
-    """
-    if now.observation.healthy is not None:
-        return Scales(common)
-    taken = sorted({*now.kept, *(c for i in chosen for c in now.choices[i].columns)})
-    whole = now.absent.by_fold().sum(axis=0)
-    right, gram = whole[0, 1:], whole[1:, 1:]
-    labels = {now.choices[i].label for i in chosen}
-    file = [int(i) for i in np.flatnonzero(now.spike(Scales(1.0)) > 0)]
-    file = [i for i in file if now.columns[i].candidate.label not in labels]
-    if not file:
-        return Scales(common)
-    of_taken = gram[taken][:, taken] + np.eye(len(taken)) / SLAB**2
-    along = np.linalg.solve(of_taken, np.column_stack([gram[taken][:, file], right[taken]]))
-    rest = gram[file][:, file] - gram[file][:, taken] @ along[:, :-1]
-    pull = right[file] - gram[file][:, taken] @ along[:, -1]
-    declared = [now.columns[i].candidate.cls.declared for i in file]
-    kind = [d.kind for d in declared if d is not None]
-    kinds = list(dict.fromkeys(kind))
-    deviation = {s: now.spike(Scales(s))[file] for s in SCALES}
-    of_kind = {k: np.array([x == k for x in kind]) for k in kinds}
-
-    def evidence(scale: dict[str, float]) -> float:
-        spread = np.zeros(len(file))
-        for k in kinds:
-            spread[of_kind[k]] = deviation[scale[k]][of_kind[k]]
-        inside = np.eye(len(file)) + rest * np.outer(spread, spread)
-        scaled = pull * spread
-        return 0.5 * float(scaled @ np.linalg.solve(inside, scaled) - np.linalg.slogdet(inside)[1])
-
-    scale = dict.fromkeys(kinds, common)
-    value = evidence(scale)
-    several = [
-        k
-        for k in kinds
-        if len({now.columns[i].candidate.label for i, own in zip(file, kind, strict=True) if own == k}) > 2
-    ]
-    for k in several:
-        for s in SCALES:
-            trial = {**scale, k: s}
-            reached = evidence(trial) - _apart(common, trial)
-            if reached > value + 1e-6:
-                scale, value = trial, reached
-    return _apart_scales(common, scale)
-
-
-def _apart(common: float, scale: dict[str, float]) -> float:
-    return _apart_scales(common, scale).cost()
-
-
-def _apart_scales(common: float, scale: dict[str, float]) -> Scales:
-    return Scales(common, {k: s for k, s in scale.items() if s != common})
 
 
 def _gain_left(now: Linear, solution: Solution) -> float:
