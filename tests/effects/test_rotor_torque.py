@@ -1,4 +1,4 @@
-"""A rotor that is elsewhere: its correction predicts what the vehicle file with its true place does."""
+"""A rotor that is elsewhere: its corrections predict what the vehicle file with its true place does."""
 
 from pathlib import Path
 
@@ -8,6 +8,7 @@ import yaml
 from exact_simulation import fly
 
 from infotraj.effects import effect_class
+from infotraj.effects.rotor_height import RotorHeight
 from infotraj.effects.rotor_torque import RotorTorque
 from infotraj.flight import Flight, read_flight
 from infotraj.models import Model
@@ -36,17 +37,19 @@ def turned(model, flight):
 
 
 @pytest.mark.parametrize("name", AIR)
-def test_what_meets_the_air_at_a_rotor_meets_it_where_the_rotor_is(name, flight):
+@pytest.mark.parametrize("height", [0.0, 0.012])
+def test_what_meets_the_air_at_a_rotor_meets_it_where_the_rotor_is(name, height, flight):
     vehicle = load_vehicle(TOP / "examples/quad/vehicle.yaml")
     effect = effect_class(name)(k=AIR[name])
-    true = turned(Model(moved(vehicle, 1, MOVED), [effect]), flight)
-    corrected = turned(Model(vehicle, [effect, RotorTorque(rotor=1, r=np.cross(MOVED, [0.0, 0.0, 1.0]))]), flight)
-    # The torque of a rotor's own drag about its place is another number, of the middle of the rotors.
-    np.testing.assert_allclose(corrected[:, :3], true[:, :3], atol=1e-10)
-    if name != "rotor_drag":
-        np.testing.assert_allclose(corrected, true, atol=1e-10)
-    # Without the correction the force is another, so that this can fail.
+    by = np.add(MOVED, (0.0, 0.0, height))
+    true = turned(Model(moved(vehicle, 1, by), [effect]), flight)
+    across = RotorTorque(rotor=1, r=np.cross(by, [0.0, 0.0, 1.0]))
+    corrected = turned(Model(vehicle, [effect, across, RotorHeight(rotor=1, h=height)]), flight)
+    np.testing.assert_allclose(corrected, true, atol=1e-10)
+    # Without the corrections the force is another, and with drag at the rotors also without the height: it can fail.
     assert np.max(np.abs(turned(Model(vehicle, [effect]), flight) - true)[:, :3]) > 1e-3
+    if height and name == "rotor_drag":
+        assert np.max(np.abs(turned(Model(vehicle, [effect, across]), flight) - true)[:, 3:]) > 1e-3
 
 
 def test_a_rotor_that_is_elsewhere_changes_no_model_in_which_nothing_damps_turns_by_the_air(flight):
@@ -54,23 +57,33 @@ def test_a_rotor_that_is_elsewhere_changes_no_model_in_which_nothing_damps_turns
     elsewhere = RotorTorque(rotor=1, r=np.cross(MOVED, [0.0, 0.0, 1.0]))
     assert Model(vehicle, [elsewhere]).air_law().moved == ()
     inflow = effect_class("axial_inflow")(k=2e-4)
-    ((rotor, r),) = Model(vehicle, [elsewhere, inflow]).air_law().moved
-    assert (rotor, r.tolist()) == (1, elsewhere.r.tolist())
+    (move,) = Model(vehicle, [elsewhere, inflow]).air_law().moved
+    assert (move.rotor, move.torque.tolist(), move.height) == (1, elsewhere.r.tolist(), 0.0)
 
 
-def test_on_an_arm_that_tilts_the_rotor_that_is_elsewhere_tilts_with_it():
+def test_a_rotor_that_points_up_and_is_higher_is_told_as_its_place_along_z():
+    vehicle = load_vehicle(TOP / "examples/quad/vehicle.yaml")
+    z = vehicle.rotors[1].position[2]
+    assert RotorHeight.in_the_file(vehicle, 0, 1) == ("rotor_1.position.z", z, 1.0)
+    omav = load_vehicle(TOP / "config/vehicles/omav.yaml")
+    assert RotorHeight.in_the_file(omav, 0, 2) == ("rotor_2.position along its axis, more by", 0.0, 1.0)
+
+
+@pytest.mark.parametrize("name", AIR)
+def test_on_an_arm_that_tilts_the_rotor_that_is_elsewhere_tilts_with_it(name):
     path = TOP / "config/vehicles/omav.yaml"
-    vehicle, inflow = load_vehicle(path), effect_class("axial_inflow")(k=2e-4)
+    vehicle, met = load_vehicle(path), effect_class(name)(k=AIR[name])
     table = fly(yaml.safe_load(path.read_text()), {}, seconds=3.0, seed=0, noise={})
     flight = Flight(table, {})
     rotor = next(i for i, r in enumerate(vehicle.rotors) if r.tilt is not None)
     tilt = vehicle.rotors[rotor].tilt
     assert tilt is not None
     arm = [i for i, r in enumerate(vehicle.rotors) if r.tilt == tilt]
-    by = np.cross(vehicle.rotors[rotor].axis, vehicle.tilts[tilt].axis) * 0.01
+    axis = np.array(vehicle.rotors[rotor].axis)
+    by = np.cross(axis, vehicle.tilts[tilt].axis) * 0.01 + 0.015 * axis
     elsewhere = vehicle
     for i in arm:
         elsewhere = moved(elsewhere, i, by)
-    r = np.cross(by, vehicle.rotors[rotor].axis)
-    corrected = turned(Model(vehicle, [inflow, RotorTorque(rotor=rotor, r=r)]), flight)
-    np.testing.assert_allclose(corrected, turned(Model(elsewhere, [inflow]), flight), atol=1e-9)
+    file = [RotorTorque(rotor=rotor, r=np.cross(by, axis)), RotorHeight(rotor=rotor, h=0.015)]
+    corrected = turned(Model(vehicle, [met, *file]), flight)
+    np.testing.assert_allclose(corrected, turned(Model(elsewhere, [met]), flight), atol=1e-9)

@@ -146,6 +146,11 @@ class Along:
         return self._frames()[0]
 
     @property
+    def met_position(self) -> Array:
+        """Where the air meets the rotors (N, rotors, 3) m: their positions, and what the file has wrong of them."""
+        return self._met()[0]
+
+    @property
     def axis(self) -> Array:
         """Thrust axes (N, rotors, 3), unit."""
         return self._frames()[1]
@@ -184,9 +189,8 @@ class Along:
         return self._keep("air", lambda: _air_velocity(self.velocity_in_air, self.rate, *self._met()))
 
     def _met(self) -> tuple[Array, Array]:
-        """Where the air meets the rotors, and their axes; the torque of what it does there is `rotor_place`'s."""
         position, axis = self._frames()
-        return (position + _moved(self) if self.air.moved else position), axis
+        return (position + self._keep("moved", lambda: _moved(self)) if self.air.moved else position), axis
 
     def _frames(self) -> tuple[Array, Array]:
         return self.actuation.keep("frames", lambda: rotor_frames(self.vehicle, self.tilt))
@@ -245,12 +249,12 @@ def _turn(angle: Array) -> tuple[Array, Array]:
 
 
 def _moved(along: Along) -> Array:
-    """How far the rotors are from where the file has them, (N, rotors, 3) m, across their axes: p of r = p x d."""
+    """How far the rotors are from where the file has them, (N, rotors, 3) m: p of r = p x d, and along their axes d."""
     out = np.zeros_like(along.axis)
-    for rotor, r in along.air.moved:
-        arm = torque_arm(along, rotor, r)
-        for i in of_arm(along.vehicle, rotor):
-            out[:, i] += np.cross(along.axis[:, i], arm)
+    for move in along.air.moved:
+        arm = torque_arm(along, move.rotor, move.torque)
+        for i in of_arm(along.vehicle, move.rotor):
+            out[:, i] += np.cross(along.axis[:, i], arm) + move.height * along.axis[:, i]
     return out
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 
 from infotraj.effects.channels import NO_ROTORS, missing_channel
-from infotraj.effects.laws import ActuatorLaw, AirLaw, BodyLaw, ImuLaw
+from infotraj.effects.laws import ActuatorLaw, AirLaw, BodyLaw, ImuLaw, RotorMove
 from infotraj.errors import InputError, problem
 from infotraj.flight import Flight
 from infotraj.rotations import Array
@@ -254,8 +254,8 @@ class Effect(ABC):
         """The air with this effect: its wind, and where drag acts on the body."""
         return law
 
-    def moved_rotor(self) -> tuple[int, Array] | None:
-        """A rotor that is not where the file has it; torque (3,) m of a unit of its thrust beside the file's."""
+    def moved_rotor(self) -> RotorMove | None:
+        """Rotors that are not where the file has them: what the air does there, it does elsewhere."""
         return None
 
     def thrust_factor(self, along: Along) -> Array | float:

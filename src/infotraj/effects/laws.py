@@ -40,16 +40,27 @@ class ActuatorLaw:
 
 
 @dataclass(frozen=True)
+class RotorMove:
+    """Where the rotors of an arm are beside the vehicle file: the arm of the rotor with this number.
+
+    torque (3,) m: of a unit of thrust, body axes at tilt 0, which a place across the axis makes; height (m): along it.
+    """
+
+    rotor: int
+    torque: Array
+    height: float = 0.0
+
+
+@dataclass(frozen=True)
 class AirLaw:
     """What the body flies through: wind (3,) m/s, world axes; pressure_centre (3,) m, body axes: where drag acts.
 
-    moved: rotors that are not where the vehicle file has them, each with the torque (3,) m of a unit of its thrust
-    beside the file's, body axes at tilt 0.
+    moved: rotors that are not where the vehicle file has them.
     """
 
     wind: Array
     pressure_centre: Array
-    moved: tuple[tuple[int, Array], ...] = ()
+    moved: tuple[RotorMove, ...] = ()
 
     @classmethod
     def still(cls) -> AirLaw:
@@ -61,15 +72,13 @@ class AirLaw:
 class BodyLaw:
     """mass (kg), inertia (3, 3) kg m^2 about the centre of mass, and that centre (3,) m from the body's origin.
 
-    drag_at_rotors: m (3,), how far from the rotors of the vehicle file the drag of the rotors acts; measured_at: m
-    (3,), the point of the body, from its origin, that the specific force was measured at.
+    measured_at: m (3,), the point of the body, from its origin, that the specific force was measured at.
     mass and inertia are None where the vehicle file leaves them out.
     """
 
     mass: float | None
     inertia: Array | None
     center_of_mass: Array
-    drag_at_rotors: Array = field(default_factory=lambda: np.zeros(3))
     measured_at: Array = field(default_factory=lambda: np.zeros(3))
 
     @classmethod

@@ -17,13 +17,13 @@ from pathlib import Path
 from types import ModuleType
 
 from infotraj.effects.base import Effect
-from infotraj.effects.rotor_place import RotorPlace
+from infotraj.effects.rotor_height import RotorHeight
 from infotraj.effects.rotor_torque import RotorTorque
 from infotraj.errors import InputError, UsageError, problem
 
 ENVIRONMENT = "INFOTRAJ_EFFECTS"
 GROUP = "infotraj.effects"
-OF_THE_FILE: dict[str, type[Effect]] = {c.name: c for c in (RotorPlace, RotorTorque)}  # in models, and never named
+OF_THE_FILE: dict[str, type[Effect]] = {c.name: c for c in (RotorHeight, RotorTorque)}  # in models, and never named
 _FAMILIES = (
     *("rigid_body", "thrust", "thrust_curve", "actuators", "drag", "forward_flight", "air", "steady", "gyroscopic"),
     *("load", "measurement"),

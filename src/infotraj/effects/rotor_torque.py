@@ -6,6 +6,7 @@ import numpy as np
 
 from infotraj.effects.along import Along, of_arm, torque_arm
 from infotraj.effects.base import AXES, Declared, Effect, Parameter
+from infotraj.effects.laws import RotorMove
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
@@ -14,8 +15,8 @@ class RotorTorque(Effect):
     """Torque r T of a rotor's thrust T beside what the file says, r turning with the rotor's tilt.
 
     For a rotor that is displaced by p along its plane r is p x d, d its axis; along d, r is what its moment constant is
-    off by. Rotors of one arm, one above the other, share r: their thrusts are hardly told apart. What meets the air at
-    a rotor (inflow, its drag) meets it p further.
+    off by. Rotors of one arm, one above the other, share r: their thrusts are hardly told apart. What the air does at
+    a rotor (inflow, drag) it does p further.
     """
 
     name = "rotor_torque"
@@ -41,8 +42,8 @@ class RotorTorque(Effect):
         other, sign = (1, 1.0) if place == 0 else (0, -1.0)
         return f"rotor_{rotor}.position.{AXES[other]}", float(r.position[other]), sign
 
-    def moved_rotor(self) -> tuple[int, Array]:
-        return self.rotor, self.r
+    def moved_rotor(self) -> RotorMove:
+        return RotorMove(self.rotor, self.r)
 
     def wrench(self, along: Along) -> Array:
         rotors = of_arm(along.vehicle, self.rotor)

@@ -13,7 +13,6 @@ from infotraj.effects.along import Along
 from infotraj.effects.base import Effect, overrides
 from infotraj.effects.channels import missing_channel
 from infotraj.effects.laws import ActuatorLaw, AirLaw, BodyLaw, ImuLaw
-from infotraj.effects.rotor_place import torque_at
 from infotraj.errors import InputError, UsageError, problem
 from infotraj.flight import Flight
 from infotraj.models import body
@@ -164,8 +163,6 @@ class Model:
         for effect in self._with("wrench") + self._with("rotor_force"):
             added = kept.get(f"{effect.name} {segment.start}", (thrust_key, effect.key), partial(_added, effect, along))
             total = total + added
-            if frame.drag_at_rotors.any() and overrides(effect, "rotor_force"):
-                total[:, 3:] += torque_at(frame.drag_at_rotors, added[:, :3])
         force, torque = total[:, :3], total[:, 3:]
         momenta = [e.rotor_momentum(along) for e in self._with("rotor_momentum")]
         inertia, rate = frame.inertia, along.motion.rate
@@ -282,5 +279,5 @@ def _added(effect: Effect, along: Along) -> Array:
     if overrides(effect, "wrench"):
         total = total + effect.wrench(along)
     if overrides(effect, "rotor_force"):
-        total = total + forces_at_rotors(along.position, effect.rotor_force(along))
+        total = total + forces_at_rotors(along.met_position, effect.rotor_force(along))
     return total

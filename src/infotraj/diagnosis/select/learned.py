@@ -22,7 +22,7 @@ from infotraj.diagnosis.select.prior import SCALES, SLAB, Scales, is_file_number
 from infotraj.diagnosis.select.score import diluted
 from infotraj.diagnosis.select.search import Fit
 from infotraj.effects.rigid_body import arm_length
-from infotraj.effects.rotor_place import RotorPlace
+from infotraj.effects.rotor_height import RotorHeight
 from infotraj.effects.rotor_torque import RotorTorque
 from infotraj.flight import Flight
 from infotraj.rotations import Array
@@ -157,7 +157,7 @@ def _usual(now: Linear, columns: Sequence[int]) -> Array:
     owners = [(now.columns[c].candidate, now.columns[c].scale) for c in columns]
     of_file = spikes(owners, Scales(1.0), 0.0, o.vehicle)
     # A hand with a ruler is off by the same everywhere; places on a small vehicle come from its drawing.
-    places = np.array([c.cls in (RotorTorque, RotorPlace) for c, _ in owners])
+    places = np.array([c.cls in (RotorTorque, RotorHeight) for c, _ in owners])
     of_file = np.where(places, min(1.0, arm_length(o.vehicle) / _LARGE) * of_file, of_file)
     return np.where(of_file > 0.0, of_file, _ORDINARY)
 

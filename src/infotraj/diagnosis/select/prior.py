@@ -14,7 +14,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from infotraj.diagnosis.linear.candidates import Candidate
-from infotraj.effects.rotor_place import RotorPlace
+from infotraj.effects.base import Effect
+from infotraj.effects.rotor_height import RotorHeight
 from infotraj.effects.rotor_torque import RotorTorque, arms
 from infotraj.effects.sensor_place import SensorPlace
 from infotraj.flight import Flight
@@ -86,15 +87,17 @@ def file_only(vehicle: Vehicle, known: Sequence[Candidate], flights: Sequence[Fl
         found.append(Candidate(SensorPlace, SensorPlace.parameters))
     if not vehicle.rotors or not any(c.name == "rotor_effectiveness" for c in known) or vehicle.inertia is None:
         return found
-    form = tuple(p for p in RotorTorque.parameters if not p.index)
-    found += [Candidate(RotorTorque, form, (("rotor", i),)) for i in arms(vehicle)]
-    if any(c.name in RotorPlace.beside for c in known):
-        found.append(Candidate(RotorPlace, RotorPlace.parameters))
+    of_arms: list[type[Effect]] = [RotorTorque]
+    if any(c.name in RotorHeight.beside for c in known):
+        of_arms.append(RotorHeight)
+    for cls in of_arms:
+        form = tuple(p for p in cls.parameters if not p.index)
+        found += [Candidate(cls, form, (("rotor", i),)) for i in arms(vehicle)]
     return found
 
 
 def price(candidate: Candidate, alike: int, flights: int) -> float:
     """Nats that naming this candidate costs before a flight is seen. alike: candidates of the same name."""
-    if candidate.cls in (RotorTorque, RotorPlace, SensorPlace):
+    if candidate.cls in (RotorTorque, RotorHeight, SensorPlace):
         return float("inf")
     return EACH + float(np.log(max(alike, 1))) + STATE * candidate.cls.states * flights
