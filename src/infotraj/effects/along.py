@@ -249,12 +249,16 @@ def _turn(angle: Array) -> tuple[Array, Array]:
 
 
 def _moved(along: Along) -> Array:
-    """How far the rotors are from where the file has them, (N, rotors, 3) m: p of r = p x d, and along their axes d."""
-    out = np.zeros_like(along.axis)
+    """How far the rotors are from where the file has them, m: p of r = p x d, and along their axes d.
+
+    (N, rotors, 3), or (1, rotors, 3) where no rotor tilts.
+    """
+    axis = along.axis if along.vehicle.tilts else along.axis[:1]
+    out = np.zeros_like(axis)
     for move in along.air.moved:
         arm = torque_arm(along, move.rotor, move.torque)
         for i in of_arm(along.vehicle, move.rotor):
-            out[:, i] += np.cross(along.axis[:, i], arm) + move.height * along.axis[:, i]
+            out[:, i] += np.cross(axis[:, i], arm) + move.height * axis[:, i]
     return out
 
 
