@@ -129,7 +129,9 @@ def weights(
             noise = start.noise
         elif k == 0:
             noise = _begun(gram[:, :, 0, 0], gram, count)
-        inverse_noise = np.where(count > 0, 1.0 / noise, 0.0)
+        if k == 0:
+            moves = np.array([_moves(*of_axis) for of_axis in zip(gram, count, side, strict=True)])
+        inverse_noise = np.where(count > 0, moves / noise, 0.0)
         inverse_noise[[a in ignored for a in axes]] = 0.0
         inverse_noise[[a in balance for a in axes], 1:] = 0.0
         total = np.einsum("ab,abij->ij", inverse_noise, gram)
@@ -148,6 +150,29 @@ def weights(
         ]
     coherence = np.where(np.array([a in ignored for a in axes])[:, None], 0.0, coherence)
     return Weights(axes, noise, coherence, tuple(second), balance)
+
+
+def _moves(gram: Array, count: Array, side: Array) -> Array:
+    """The share of an axis that a fit of all columns to it alone explains, band by band, (bands,).
+
+    gram (bands, 1 + p, 1 + p); count, side (bands,). The fit that measures the noise is weighed by it: where nothing
+    moves, noise of the inputs is predicted and not measured, and a vehicle that does not answer would explain it best;
+    what moves would then be noise.
+    """
+    told = side / np.maximum(count, 1)
+    if not np.isfinite(told).all():
+        return np.ones(BANDS)
+    share, noise = np.where(EDGES[:-1] < SLOW, 1.0, 0.0), np.full(BANDS, told @ count / max(count.sum(), 1))
+    for _ in range(_ROUNDS):
+        weight = share / noise
+        total = np.einsum("b,bij->ij", weight, gram)
+        covariance = np.linalg.inv(total[1:, 1:] + np.eye(len(total) - 1) / FREE**2)
+        along = np.concatenate([[1.0], -covariance @ total[0, 1:]])
+        spent = weight * np.einsum("ij,bji->b", covariance, gram[:, 1:, 1:])
+        left = np.einsum("bij,i,j->b", gram, along, along) / np.maximum(count - spent, _LEAST * count + 1e-9)
+        noise = np.maximum(left, _BESIDE * told + 1e-300)
+        share = np.clip(1.0 - left / np.maximum(told, 1e-300), 0.0, 1.0)
+    return share
 
 
 def _centred(s: Spectrum) -> Spectrum:
