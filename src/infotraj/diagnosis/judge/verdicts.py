@@ -66,7 +66,8 @@ class Judge:
         out: dict[str, Finding] = {}
         stand: dict[str, Rival] = {}
         instances: dict[str, list[dict[str, Any]]] = {}
-        for j in self.judged:
+        # What stands in the place of two is told in the group in which it takes most off.
+        for j in sorted(self.judged, key=lambda j: -j.evidence.gain):
             name = j.member.candidate.name
             if j.needed:
                 instances.setdefault(name, []).append(values_of(j.member))
