@@ -184,6 +184,26 @@ def test_what_many_columns_take_up_is_no_less_noise():
     assert np.mean(ratio) == pytest.approx(1.0, abs=0.08)
 
 
+@pytest.mark.parametrize("start", [False, True])
+def test_noise_of_the_inputs_does_not_make_noise_of_what_moves(start):
+    """Slow motion that is predicted but for 1 % noise, and the same noise where nothing moves: a vehicle that does not
+    answer explains that, and is not believed."""
+    rng = np.random.default_rng(6)
+    frequency = np.tile((np.arange(40) + 0.5) / 2, 100)
+    band = np.clip(np.searchsorted(EDGES, frequency, side="right") - 1, 0, len(EDGES) - 2)
+    moves = frequency < 1.5
+    motion = np.where(moves, rng.standard_normal(len(frequency)), 0.0)
+    measured = motion + 0.02 * rng.standard_normal(len(frequency))
+    predicted = motion + 0.1 * rng.standard_normal(len(frequency))
+    time = np.repeat(np.arange(100) + 1.0, 40)
+    # A file whose inertia is a third too small: the residual is what the column has to take up.
+    s = Spectrum("tx", 0, np.stack([measured - 1.5 * predicted, predicted], axis=1), measured, band, time)
+    found = weights([s], start=weights([s]) if start else None)
+    assert (found.coherence[0, :3] > 0.97).all()
+    np.testing.assert_allclose(np.sqrt(found.noise[0, :3]), 0.1, rtol=0.25)
+    assert (found.coherence[0, 3:] < 0.1).all()
+
+
 def test_parts_of_one_flight_that_are_held_out_are_each_in_one_piece():
     found, _ = made_spectra(np.random.default_rng(6), lambda f: 0.1)
     cut = blocks([found])

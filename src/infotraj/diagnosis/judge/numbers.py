@@ -12,7 +12,7 @@ from infotraj.diagnosis.judge.evidence import moving, overdispersion
 from infotraj.diagnosis.linear.candidates import Candidate, places, slopes
 from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.select.around import Column
-from infotraj.diagnosis.select.prior import OF_THE_LOG, SCALES, Scales
+from infotraj.diagnosis.select.prior import SCALES, Scales
 from infotraj.diagnosis.select.search import Fit
 from infotraj.rotations import Array
 
@@ -97,12 +97,15 @@ def file_numbers(made: Fit, named: Container[str]) -> tuple[FileNumber, ...]:
 
 
 def labels_of_file(made: Fit) -> list[str]:
-    """Labels of what says what the file is off by and acts on these flights; clocks and mounts are the log's."""
+    """Labels of what says what the file is off by and acts on these flights; clocks and mounts of sensors are not its.
+
+    Commands that act later do so in every log of the vehicle.
+    """
     acts = np.diag(made.linear.sums.gram.sum(axis=(0, 1)))[1:] > 0.0
     named = dict.fromkeys(c.label for c in made.linear.choices if acts[list(c.columns)].any())
     of = {c.candidate.label: c.candidate.cls for c in made.linear.columns}
     kinds = {x: of[x].declared for x in named if of[x].place != "measurement"}
-    return [x for x, declared in kinds.items() if declared is not None and declared.kind not in OF_THE_LOG]
+    return [x for x, declared in kinds.items() if declared is not None and declared.kind != "mount"]
 
 
 def _off(made: Fit, named: Container[str]) -> Iterator[tuple[Column, float, float, float]]:
