@@ -135,7 +135,7 @@ def weights(
         inverse_noise[[a in ignored for a in axes]] = 0.0
         inverse_noise[[a in balance for a in axes], 1:] = 0.0
         total = np.einsum("ab,abij->ij", inverse_noise, gram)
-        covariance = np.linalg.inv(total[1:, 1:] + np.eye(width - 1) / FREE**2)
+        covariance = _covariance(total[1:, 1:])
         theta = covariance @ total[0, 1:]
         along = np.concatenate([[1.0], -theta])
         left = gram @ along @ along
@@ -166,13 +166,20 @@ def _moves(gram: Array, count: Array, side: Array) -> Array:
     for _ in range(_ROUNDS):
         weight = share / noise
         total = np.einsum("b,bij->ij", weight, gram)
-        covariance = np.linalg.inv(total[1:, 1:] + np.eye(len(total) - 1) / FREE**2)
+        covariance = _covariance(total[1:, 1:])
         along = np.concatenate([[1.0], -covariance @ total[0, 1:]])
         spent = weight * np.einsum("ij,bji->b", covariance, gram[:, 1:, 1:])
         left = np.einsum("bij,i,j->b", gram, along, along) / np.maximum(count - spent, _LEAST * count + 1e-9)
         noise = np.maximum(left, _BESIDE * told + 1e-300)
         share = np.clip(1.0 - left / np.maximum(told, 1e-300), 0.0, 1.0)
     return share
+
+
+def _covariance(gram: Array) -> Array:
+    """Covariance (p, p) of numbers that are free. Columns are brought to one length: they differ by many decades."""
+    precision = gram + np.eye(len(gram)) / FREE**2
+    scale = 1.0 / np.sqrt(np.diag(precision))
+    return np.linalg.inv(precision * np.outer(scale, scale)) * np.outer(scale, scale)
 
 
 def _centred(s: Spectrum) -> Spectrum:
