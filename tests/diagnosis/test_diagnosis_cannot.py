@@ -277,6 +277,27 @@ def test_a_response_that_is_early_on_one_axis_alone_is_said_and_refuses_nothing(
     assert late.code == "response_before_command"
 
 
+@pytest.mark.parametrize("name", ["quadrotor", "omav"])
+@pytest.mark.parametrize("order", ["right", "wrong"])
+def test_thrust_on_an_arm_that_is_not_where_the_file_has_it_is_no_wrong_order(name, order):
+    t = np.arange(0, 20, 0.01)
+
+    def waves(*frequencies):
+        return sum(np.sin(2 * np.pi * f * t + 3 * f) for f in frequencies)
+
+    measured = np.stack([waves(0.4 + 0.1 * k, 1.1 + 0.13 * k) for k in range(6)], axis=1)
+    predicted = measured.copy()
+    if order == "wrong":
+        predicted[:, 3] = waves(0.75, 1.9)
+    # Five times as much of the thrust as of the torque itself.
+    predicted[:, 3] += 5.0 * predicted[:, 2]
+    measured += np.random.default_rng(0).normal(0, 0.01, measured.shape)
+    some = dict(floor=np.full(6, 0.01), red=np.ones(6), unit={}, force_from="", window=0.15, reasons={}, left_out={})
+    found = contradictions([EquationError(t, measured, predicted, **some)], model(name).vehicle)
+    # Rotors that tilt push in every direction: what their arms do goes with no one force. One torque may be drowned.
+    assert [d.code for d in found] == (["commands_unrelated"] if (name, order) == ("quadrotor", "wrong") else [])
+
+
 @pytest.mark.parametrize("offset", [0.0, 0.5])
 def test_the_time_between_commands_is_that_of_the_commands_not_of_the_rows_they_straddle(offset):
     t = np.arange(0, 20, 0.01)

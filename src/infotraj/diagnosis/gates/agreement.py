@@ -48,11 +48,16 @@ def contradictions(errors: Sequence[EquationError], vehicle: Vehicle) -> list[Do
         noise = float(np.mean(floor))
         if measured < _LOUD * noise or predicted < _LOUD * noise:
             continue
-        r = np.array([_correlation(pairs, round(lag / step)) for lag in lags])
         loud += 1
-        near = r[(lags > _NEAR[0]) & (lags < _NEAR[1])].max()
-        # Slow signals agree at some lag by chance; only where they do so well is that lag the fault.
-        fits = float(r.max() if r.max() > _CLEAR else near)
+        r, fits = _at_best(pairs, lags, step)
+        if fits < LEAST and axis[0] == "t" and not vehicle.tilts:
+            beside = [
+                _beside_thrust(p, thrust)
+                for e in errors
+                if (p := _even(e, i, step)) and (thrust := _even(e, i, step, 2))
+            ]
+            if _at_best(beside, lags, step)[1] >= LEAST:
+                continue
         if predicted < _COMPARABLE * measured:
             faint |= {axis: fits} if fits < LEAST else {}
         elif fits < LEAST:
@@ -69,6 +74,25 @@ def contradictions(errors: Sequence[EquationError], vehicle: Vehicle) -> list[Do
         return [_unrelated(against, unrelated, faint, follow, vehicle)]
     early = _early(related, lags, vehicle, step)
     return [] if early is None else [early]
+
+
+def _at_best(pairs: Sequence[tuple[Array, Array]], lags: Array, step: float) -> tuple[Array, float]:
+    """Correlation at every lag, and at the best lag that actuators may have."""
+    r = np.array([_correlation(pairs, round(lag / step)) for lag in lags])
+    near = r[(lags > _NEAR[0]) & (lags < _NEAR[1])].max()
+    # Slow signals agree at some lag by chance; only where they do so well is that lag the fault.
+    return r, float(r.max() if r.max() > _CLEAR else near)
+
+
+def _beside_thrust(pair: tuple[Array, Array], thrust: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Measured and predicted torque without what goes with the predicted force along z.
+
+    Arms that are not where the file has them put the thrust of all rotors into a torque: that is no wrong order.
+    """
+    x = thrust[1]
+    size = max(float(x @ x), 1e-300)
+    measured, predicted = (side - (side @ x) / size * x for side in pair)
+    return measured, predicted
 
 
 @dataclass(frozen=True)
@@ -148,8 +172,11 @@ def _noise(e: EquationError, i: int) -> float:
     return float(np.fmin(e.floor[i], fast_part(e.t, e.measured[:, i : i + 1], e.window)[0]))
 
 
-def _even(e: EquationError, i: int, step: float) -> tuple[Array, Array] | None:
-    """Measured and predicted side of one axis on an even grid, changes slower than `_DRIFT` taken off."""
+def _even(e: EquationError, i: int, step: float, other: int | None = None) -> tuple[Array, Array] | None:
+    """Measured and predicted side of one axis on an even grid, changes slower than `_DRIFT` taken off.
+
+    other: of that axis instead, where the first one is known.
+    """
     rows = np.flatnonzero(e.scored[:, i] & np.isfinite(e.predicted[:, i]))
     if len(rows) < 100:
         return None
@@ -157,7 +184,8 @@ def _even(e: EquationError, i: int, step: float) -> tuple[Array, Array] | None:
     if len(grid) < 100:
         return None
     sides = [
-        _without_drift(np.interp(grid, e.t[rows], x[rows, i]), round(_DRIFT / step)) for x in (e.measured, e.predicted)
+        _without_drift(np.interp(grid, e.t[rows], x[rows, i if other is None else other]), round(_DRIFT / step))
+        for x in (e.measured, e.predicted)
     ]
     return sides[0], sides[1]
 
