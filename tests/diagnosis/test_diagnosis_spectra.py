@@ -197,7 +197,7 @@ def test_noise_of_the_inputs_does_not_make_noise_of_what_moves(start):
     predicted = motion + 0.1 * rng.standard_normal(len(frequency))
     time = np.repeat(np.arange(100) + 1.0, 40)
     # A file whose inertia is a third too small: the residual is what the column has to take up.
-    s = Spectrum("tx", 0, np.stack([measured - 1.5 * predicted, predicted], axis=1), measured, band, time)
+    s = Spectrum("tx", 0, np.stack([measured - 1.5 * predicted, predicted], axis=1), measured, band, time, noisy=True)
     found = weights([s], start=weights([s]) if start else None)
     assert (found.coherence[0, :3] > 0.97).all()
     np.testing.assert_allclose(np.sqrt(found.noise[0, :3]), 0.1, rtol=0.25)

@@ -27,12 +27,16 @@ FREE = 30.0  # usual sizes: deviation of a number that is free, so wide that no 
 _ROUNDS = 4
 _TAILS = 4.0  # degrees of freedom of Student's t for a second of an axis: seconds of spikes count less
 _BESIDE = 0.01  # of the variance of the band beside it: noise that grows with the square of the frequency falls so
+_NEARLY = 0.1  # of a residual, that may be left of it: noise of inputs leaves more
 _LEAST = 0.2  # of an axis' coefficients in a band: that many are left over however many numbers are fitted
 
 
 @dataclass(frozen=True)
 class Spectrum:
-    """Coefficients of one axis of one flight: (n, 1 + p), residual first; measured (n,) or None; band, time of each."""
+    """Coefficients of one axis of one flight: (n, 1 + p), residual first; measured (n,) or None; band, time of each.
+
+    noisy: the inputs that it is predicted from were measured.
+    """
 
     axis: str
     flight: int
@@ -40,6 +44,7 @@ class Spectrum:
     measured: Array | None
     band: NDArray
     time: Array
+    noisy: bool = False
 
     def weighted(self, weight: Array) -> Array:
         """Coefficients times the square root of their weight. weight: (n,)."""
@@ -90,13 +95,17 @@ def spectra(
     """Residual and columns, one (bins, 3, 1 + p) a channel of a flight, as coefficients axis by axis."""
     out = []
     for number, (s, transform, flight) in enumerate(zip(samples, by, joint, strict=True)):
+        recorded = s.prepared.recorded
+        tilts = bool(recorded.tilt.values.shape[1])
+        noisy = not recorded.rotor_commanded or (tilts and not recorded.tilt_commanded)
         for place, (c, turn, x) in enumerate(zip(s.channels, transform, flight, strict=True)):
             values = turn.turned(x)
             side = s.prepared.kept.get("measured coefficients", place, partial(_measured, s, c, turn))
             band = np.clip(np.searchsorted(EDGES, turn.frequency, side="right") - 1, 0, BANDS - 1)
             for i, axis in enumerate(c.axes):
                 of_axis = None if side is None else side[:, i]
-                out.append(Spectrum(axis, number, np.ascontiguousarray(values[:, i]), of_axis, band, turn.time))
+                of_values = np.ascontiguousarray(values[:, i])
+                out.append(Spectrum(axis, number, of_values, of_axis, band, turn.time, noisy))
     return out
 
 
@@ -121,7 +130,7 @@ def weights(
     found = [_centred(s) if s.axis in balance else s for s in found]
     width = found[0].values.shape[1]
     second = [np.ones(len(s.band)) for s in found] if start is None else list(start.second)
-    noise = coherence = np.ones((len(axes), BANDS))
+    noise = coherence = moves = np.ones((len(axes), BANDS))
     theta = np.zeros(width - 1)
     for k in range(_ROUNDS if start is None else 2):
         gram, count, side = _by_band(found, axes, second, width)
@@ -129,7 +138,7 @@ def weights(
             noise = start.noise
         elif k == 0:
             noise = _begun(gram[:, :, 0, 0], gram, count)
-        if k == 0:
+        if k == 0 and any(s.noisy for s in found):
             moves = np.array([_moves(*of_axis) for of_axis in zip(gram, count, side, strict=True)])
         inverse_noise = np.where(count > 0, moves / noise, 0.0)
         inverse_noise[[a in ignored for a in axes]] = 0.0
@@ -156,10 +165,10 @@ def _moves(gram: Array, count: Array, side: Array) -> Array:
     """The share of an axis that a fit of all columns to it alone explains, band by band, (bands,).
 
     gram (bands, 1 + p, 1 + p); count, side (bands,). The fit that measures the noise is weighed by it: where nothing
-    moves, noise of the inputs is predicted and not measured, and a vehicle that does not answer would explain it best;
-    what moves would then be noise.
+    moves, noise of inputs that are measured is predicted and not seen, and a vehicle that does not answer would explain
+    it best; what moves would then be noise. Nearly all of a residual that is much larger counts as much.
     """
-    told = side / np.maximum(count, 1)
+    told, residual = side / np.maximum(count, 1), gram[:, 0, 0] / np.maximum(count, 1)
     if not np.isfinite(told).all():
         return np.ones(BANDS)
     share, noise = np.where(EDGES[:-1] < SLOW, 1.0, 0.0), np.full(BANDS, told @ count / max(count.sum(), 1))
@@ -171,7 +180,7 @@ def _moves(gram: Array, count: Array, side: Array) -> Array:
         spent = weight * np.einsum("ij,bji->b", covariance, gram[:, 1:, 1:])
         left = np.einsum("bij,i,j->b", gram, along, along) / np.maximum(count - spent, _LEAST * count + 1e-9)
         noise = np.maximum(left, _BESIDE * told + 1e-300)
-        share = np.clip(1.0 - left / np.maximum(told, 1e-300), 0.0, 1.0)
+        share = np.clip(1.0 - left / np.maximum(np.maximum(told, _NEARLY * residual), 1e-300), 0.0, 1.0)
     return share
 
 

@@ -226,7 +226,8 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
             lines.append(f"{error:.3g} {unit_of} of error stay on {axis}: the file's own errors, or what has no name")
     for s in found.unexplained.axes:
         goes = ", ".join(f"{q} ({c:+.2f})" for q, c in s.goes_with)
-        lines.append(f"left on {s.axis}: {100 * s.share:.0f} % of the slow error can be predicted; it goes with {goes}")
+        goes = f"; it goes with {goes}" if goes else ""
+        lines.append(f"left on {s.axis}: {100 * s.share:.0f} % of the slow error can be predicted{goes}")
         if s.hint:
             lines.append(f"  hint, not a result: {s.hint} ({100 * s.hint_share:.0f} % held out)")
     every = found.search.observation.command_step
