@@ -149,7 +149,7 @@ def weights(
         along = np.concatenate([[1.0], -theta])
         left = gram @ along @ along
         spent = np.einsum("ij,abji->ab", covariance, gram[:, :, 1:, 1:]) * inverse_noise
-        noise = _positive(left / np.maximum(count - spent, _LEAST * count + 1e-9), gram, count)
+        noise = _positive(_variance(left, count, spent), gram, count)
         told = side / np.maximum(count, 1)
         coherence = np.where(np.isfinite(told), np.clip(1.0 - noise / np.maximum(told, 1e-300), 0.0, 1.0), 1.0)
         # Torques that are large balance: that is as good as measured, at its slowest.
@@ -178,10 +178,15 @@ def _moves(gram: Array, count: Array, side: Array) -> Array:
         covariance = _covariance(total[1:, 1:])
         along = np.concatenate([[1.0], -covariance @ total[0, 1:]])
         spent = weight * np.einsum("ij,bji->b", covariance, gram[:, 1:, 1:])
-        left = np.einsum("bij,i,j->b", gram, along, along) / np.maximum(count - spent, _LEAST * count + 1e-9)
+        left = _variance(np.einsum("bij,i,j->b", gram, along, along), count, spent)
         noise = np.maximum(left, _BESIDE * told + 1e-300)
         share = np.clip(1.0 - left / np.maximum(np.maximum(told, _NEARLY * residual), 1e-300), 0.0, 1.0)
     return share
+
+
+def _variance(squares: Array, count: Array, spent: Array) -> Array:
+    """Mean of sums of squares over the coefficients that a fit has left free."""
+    return squares / np.maximum(count - spent, _LEAST * count + 1e-9)
 
 
 def _covariance(gram: Array) -> Array:
