@@ -97,7 +97,7 @@ def file_numbers(made: Fit, named: Container[str]) -> tuple[FileNumber, ...]:
 
 
 def labels_of_file(made: Fit) -> list[str]:
-    """Labels of what says what the file is off by and acts on these flights; clocks and mounts of sensors are not its.
+    """Labels of what says what the file is off by and acts on these flights; clocks and mounts of sensors do not.
 
     Commands that act later do so in every log of the vehicle.
     """
@@ -105,7 +105,7 @@ def labels_of_file(made: Fit) -> list[str]:
     named = dict.fromkeys(c.label for c in made.linear.choices if acts[list(c.columns)].any())
     of = {c.candidate.label: c.candidate.cls for c in made.linear.columns}
     kinds = {x: of[x].declared for x in named if of[x].place != "measurement"}
-    return [x for x, declared in kinds.items() if declared is not None and declared.kind != "mount"]
+    return [x for x, declared in kinds.items() if declared is not None]
 
 
 def _off(made: Fit, named: Container[str]) -> Iterator[tuple[Column, float, float, float]]:

@@ -53,15 +53,11 @@ def scaled(now: Linear, chosen: tuple[int, ...], common: float) -> Scales:
     for k in several:
         for s in SCALES:
             trial = {**scale, k: s}
-            reached = evidence(trial) - _apart(common, trial)
+            reached = evidence(trial) - _apart(common, trial).cost()
             if reached > value + 1e-6:
                 scale, value = trial, reached
-    return _apart_scales(common, scale)
+    return _apart(common, scale)
 
 
-def _apart(common: float, scale: dict[str, float]) -> float:
-    return _apart_scales(common, scale).cost()
-
-
-def _apart_scales(common: float, scale: dict[str, float]) -> Scales:
+def _apart(common: float, scale: dict[str, float]) -> Scales:
     return Scales(common, {k: s for k, s in scale.items() if s != common})
