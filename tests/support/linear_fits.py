@@ -1,4 +1,4 @@
-"""Fits of effects on one axis from made columns: what search and verdicts see, without flights."""
+"""Fits of effects from made columns, on one axis or on several: what search and verdicts see, without flights."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -22,22 +22,26 @@ BLOCKS, ROWS = 40, 50
 
 
 def linear_fit(
-    names: Sequence[str], rows: Callable[[np.random.Generator, int], np.ndarray], chosen: Sequence[str]
+    names: Sequence[str],
+    rows: Callable[[np.random.Generator, int], np.ndarray],
+    chosen: Sequence[str],
+    axes: tuple[str, ...] = ("fx",),
 ) -> tuple[SimpleNamespace, Fit]:
     """A search among effects of one column each, and the fit of those that are chosen.
 
-    rows: residual and columns (ROWS, 1 + n) of block k, in units of the noise. The search keeps what it was `asked` to
+    rows: residual and columns (ROWS, 1 + n) of block k, one after another for each of the axes, in units of the noise.
+    Every block is a flight of its own. The search keeps what it was `asked` to
     fit: labels, and whether more was to be asked from there.
     """
     rng = np.random.default_rng(1)
     forms = {n: tuple(p for p in catalogue()[n].parameters if not p.index) for n in names}
     candidates = [Candidate(catalogue()[n], forms[n]) for n in names]
-    gram = np.zeros((1, BLOCKS, 1 + len(names), 1 + len(names)))
+    gram = np.zeros((len(axes), BLOCKS, 1 + len(names), 1 + len(names)))
     for k in range(BLOCKS):
-        x = rows(rng, k)
-        gram[0, k] = x.T @ x
-    number, many = np.arange(BLOCKS), np.full((1, BLOCKS), float(ROWS))
-    sums = Sums(gram, gram, gram, many, np.ones((1, BLOCKS)), ("fx",), number, number)
+        for a, x in enumerate(np.reshape(rows(rng, k), (len(axes), ROWS, -1))):
+            gram[a, k] = x.T @ x
+    number, many = np.arange(BLOCKS), np.full((len(axes), BLOCKS), float(ROWS))
+    sums = Sums(gram, gram, gram, many, np.ones((len(axes), BLOCKS)), axes, number, number)
     columns = tuple(Column(c, 0, places(c, VEHICLE)[0].scale, 0.0, -np.inf, np.inf) for c in candidates)
     observation: Any = SimpleNamespace(  # as much of an Observation as a search reads; no flight is weighed
         vehicle=VEHICLE,

@@ -1,0 +1,223 @@
+"""Evidence for an effect by made columns: how far errors fall, on which axes, how sure, and whether its size holds."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from linear_fits import BLOCKS, ROWS, linear_fit
+
+from infotraj.diagnosis.judge import evidence as module
+from infotraj.diagnosis.judge.evidence import (
+    Evidence,
+    any_of,
+    evidence,
+    form_error,
+    gain_beside,
+    left_by_set,
+    moving,
+    overdispersion,
+    rise_beside,
+    shared,
+    translated,
+)
+
+NAMES = ["linear_drag", "quadratic_drag"]
+RNG = np.random.default_rng(0)
+
+
+def fit(size=1.0, noise=1.0, chosen=("linear_drag",), spread=1.0, each=None, common=0.0):
+    """Residual: `size` of a column of deviation `spread`, a second one that does nothing, and noise.
+
+    each: the size in every block, in place of one; common: deviation of a size that differs from block to block by
+    itself.
+    """
+
+    def rows(rng, k):
+        x = np.zeros((ROWS, 3))
+        x[:, 1:] = rng.standard_normal((ROWS, 2)) * [spread, 1.0]
+        own = (size if each is None else each(k)) + common * rng.standard_normal()
+        x[:, 0] = own * x[:, 1] + noise * rng.standard_normal(ROWS)
+        return x
+
+    return linear_fit(NAMES, rows, list(chosen))[1]
+
+
+def with_sums(made, **changed):
+    """The same fit with other sums."""
+    return replace(made, linear=replace(made.linear, sums=replace(made.linear.sums, **changed)))
+
+
+def windows(made, each):
+    """The same fit where every block lasted so many windows."""
+    return with_sums(made, windows=np.full((1, BLOCKS), each))
+
+
+def test_the_error_falls_by_the_share_that_the_effect_has_in_it():
+    """A column of variance 4 beside a noise of 1: four fifths of the square go, on every flight and resample."""
+    one_flight = with_sums(fit(2.0), flight=np.zeros(BLOCKS, dtype=int))
+    found = evidence(one_flight, "linear_drag", RNG)
+    assert found.heldout_change == pytest.approx(-0.8, abs=0.02)
+    low, high = found.ci95
+    assert low < found.heldout_change < high < -0.75
+    # Squares of 2000 rows, each to a share of sqrt(2 / 2000): their ratio of 0.2 to one of sqrt(4 / 2000).
+    assert high - low == pytest.approx(2 * 1.96 * 0.2 * np.sqrt(4 / (BLOCKS * ROWS)), rel=0.4)
+    assert found.flights_better == (BLOCKS, BLOCKS)
+    assert found.selected == 1.0
+    assert found.probability > 0.999
+    assert found.gain == pytest.approx(0.5 * np.log(5.0), abs=0.05)
+    assert found.falls == {"fx": pytest.approx(found.gain)}
+
+
+def test_an_effect_that_is_not_there_is_neither_probable_nor_better():
+    found = evidence(fit(0.0), "linear_drag", RNG)
+    assert found.probability < 0.2
+    assert found.heldout_change == pytest.approx(0.0, abs=0.01)
+    assert found.gain == pytest.approx(0.0, abs=0.01)
+
+
+def test_the_rise_is_in_units_of_the_noise_a_window_and_at_least_that_of_what_is_left():
+    """A square of 1 a row beside a noise of 4 that is weighed as 1: 50 rows a window, or a quarter of what is left."""
+    made = fit(1.0, noise=2.0)
+    assert evidence(windows(made, 1.0), "linear_drag", RNG).rise == pytest.approx(ROWS, rel=0.1)
+    few = evidence(windows(made, 1e4), "linear_drag", RNG)
+    assert few.rise == few.by_axis["fx"] == pytest.approx(0.25, rel=0.1)
+    assert few.axis == "fx"
+    own = [0]
+    assert rise_beside(windows(made, 1.0), (), own) == pytest.approx(ROWS, rel=0.1)
+    assert rise_beside(windows(made, 1e4), (), own) == pytest.approx(0.25, rel=0.1)
+
+
+def test_an_axis_on_which_an_effect_does_nothing_is_none_of_its_falls():
+    """The second effect acts on both axes, and takes the place of the first one where that is missing: what it then
+    spoils of the other axis is not the first one's doing."""
+
+    def rows(rng, _):
+        x = np.zeros((2, ROWS, 3))
+        x[0, :, 1] = rng.standard_normal(ROWS)
+        x[0, :, 2] = 0.8 * x[0, :, 1] + 0.6 * rng.standard_normal(ROWS)
+        x[1, :, 2] = rng.standard_normal(ROWS)
+        x[:, :, 0] = x[:, :, 1] + 0.5 * x[:, :, 2] + rng.standard_normal((2, ROWS))
+        return x
+
+    _, whole = linear_fit(NAMES, rows, NAMES, ("fx", "fy"))
+    found = evidence(whole, "linear_drag", RNG)
+    assert set(found.falls) == {"fx"}
+    assert found.by_axis["fy"] == 0.0
+    assert found.gain == pytest.approx(found.falls["fx"])
+    assert set(evidence(whole, "quadratic_drag", RNG).falls) == {"fx", "fy"}
+    assert found.axis == "fx"
+
+
+def test_what_moves_an_axis_by_less_than_a_thousandth_does_not_act_there():
+    """Of the mean square a row, whatever the number of rows."""
+    assert evidence(fit(0.1), "linear_drag", RNG).falls
+    assert not evidence(fit(0.01), "linear_drag", RNG).falls
+
+
+def test_one_more_effect_gains_what_its_column_takes_off():
+    assert gain_beside(fit(1.0, chosen=()), 0) == pytest.approx(0.5 * np.log(2.0), abs=0.04)
+
+
+def test_what_a_set_leaves_is_the_logarithm_of_the_root_mean_square():
+    whole = fit(2.0, noise=3.0)
+    assert left_by_set(whole) == pytest.approx([np.log(3.0)], abs=0.03)
+    assert left_by_set(whole, ()) == pytest.approx([0.5 * np.log(9.0 + 4.0)], abs=0.03)
+
+
+def test_axes_that_are_left_out_or_say_nothing_of_forces_are_not_judged():
+    axes = ("fx", "vy", "turn x", "tz")
+    observation = SimpleNamespace(ignored=frozenset({"tz"}))
+    linear = SimpleNamespace(observation=observation, sums=SimpleNamespace(axes=axes))
+    assert moving(SimpleNamespace(linear=linear)).tolist() == [True, True, False, False]
+
+
+def some_probability(scores):
+    """A fit that knows no more than the log probability of sets: the sum of what each choice has of it."""
+    asked = []
+
+    def log_probability(sets):
+        asked.extend(sets)
+        return np.array([sum(scores[i] for i in s) for s in sets])
+
+    return SimpleNamespace(log_probability=log_probability), asked
+
+
+@pytest.mark.parametrize("wider", [1.0, 2.0])
+def test_any_of_two_others_may_be_absent(wider):
+    made, _ = some_probability([1.0, -2.0, 0.7])
+    sets = np.array([0.7, 1.7, -1.3, -0.3])
+    assert any_of(made, (0, 1), (2,), wider) == pytest.approx(np.log(np.sum(np.exp(sets / wider))))
+
+
+def test_of_many_others_those_stay_that_are_missed_most():
+    made, asked = some_probability([0.1 * k for k in range(12)])
+    any_of(made, tuple(range(12)), (), 1.0)
+    sets = [set(s) for s in asked if len(s) != 11] or [set()]
+    assert all({8, 9, 10, 11} <= s for s in sets)
+    assert any(0 not in s and 7 not in s for s in sets)
+
+
+def test_together_effects_claim_no_more_than_the_set_takes_off():
+    """The set takes ln 3 / 2 off; two that claim that much each have half of it."""
+
+    def rows(rng, _):
+        x = np.zeros((ROWS, 3))
+        x[:, 1:] = rng.standard_normal((ROWS, 2))
+        x[:, 0] = x[:, 1:].sum(axis=1) + rng.standard_normal(ROWS)
+        return x
+
+    _, whole = linear_fit(NAMES, rows, NAMES)
+    gain = 0.5 * np.log(3.0)
+
+    def claims(each):
+        return [Evidence(0.0, (0.0, 0.0), (0, 0), 0.0, 0.0, "fx", gain=g) for g in each]
+
+    assert shared(whole, claims([gain, gain])) == pytest.approx(0.5, abs=0.03)
+    assert shared(whole, claims([gain, -5.0])) == pytest.approx(1.0, abs=0.06)
+    assert shared(whole, claims([0.1, 0.1])) == 1.0
+    assert shared(whole, claims([-1.0])) == 1.0
+
+
+def test_data_that_scatter_from_block_to_block_as_the_noise_says_are_no_wider():
+    wider, covariance = overdispersion(fit(1.0))
+    assert 1.0 <= wider < 1.5
+    assert np.sqrt(covariance[0, 0]) == pytest.approx(np.sqrt(wider / (BLOCKS * ROWS)), rel=0.1)
+
+
+def test_a_size_that_differs_from_block_to_block_makes_its_number_as_much_less_sure():
+    """Noise of 1 over 50 rows and a deviation of 0.2: the mean of 40 sizes has a variance three times that of noise."""
+    wider, covariance = overdispersion(fit(1.0, common=0.2))
+    assert wider == pytest.approx(1.0 + ROWS * 0.2**2, rel=0.4)
+    assert np.sqrt(covariance[0, 0]) == pytest.approx(np.sqrt(wider / (BLOCKS * ROWS)), rel=0.05)
+
+
+def test_what_a_flight_has_of_its_own_is_told_by_the_flight_and_by_what_flights_differ_by():
+    """The mean of a Gaussian posterior: of precision G + 1 / scatter^2."""
+    x = RNG.standard_normal((20, 2))
+    gram, score, scatter = x.T @ x, np.array([3.0, -5.0]), np.array([0.1, 2.0])
+    expected = np.linalg.solve(gram + np.diag(scatter**-2), score)
+    assert module._own(gram, score, scatter) == pytest.approx(expected)
+
+
+def test_a_formula_that_holds_has_no_form_error_even_where_noise_scatters_its_size():
+    made = fit(1.0, spread=0.3)
+    assert form_error(made, [0], made.solution.theta) < 0.3
+
+
+def test_the_form_error_is_the_share_by_which_the_size_differs():
+    made = fit(each=lambda k: 1.5 if k % 2 else 0.5)
+    assert form_error(made, [0], made.solution.theta) == pytest.approx(0.5, abs=0.06)
+    wholly = fit(each=lambda k: 2.2 if k % 2 else -0.2)
+    assert form_error(wholly, [0], wholly.solution.theta) == pytest.approx(1.2, abs=0.12)
+
+
+def test_numbers_of_one_fit_stand_in_the_columns_of_another():
+    def with_columns(names, each):
+        columns = [SimpleNamespace(candidate=SimpleNamespace(label=n), place=0) for n in names]
+        return SimpleNamespace(linear=SimpleNamespace(columns=columns), solution=SimpleNamespace(each=np.array(each)))
+
+    whole = with_columns(["a", "b", "c"], [[1.0, 2.0, 3.0]])
+    rest = with_columns(["d", "c", "a", "e"], [[7.0, 8.0, 0.0, 9.0]])
+    # What the other fit does not move stays where it was.
+    assert translated(whole, whole.solution.each, rest).tolist() == [[7.0, 3.0, 0.0, 9.0]]
