@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from infotraj.diagnosis.judge.deciding import _demoted, _with_apart
+from infotraj.diagnosis.judge.deciding import _demoted, _labels, _with_apart, _with_held_back
 from infotraj.diagnosis.judge.verdicts import Finding
 
 PAIR = ("mass_offset", "thrust_scale")
@@ -69,3 +69,18 @@ def test_a_number_that_the_new_model_has_elsewhere_is_as_uncertain_as_the_two_di
     assert drag.standard_errors["d"] == pytest.approx([0.01, 0.01, 0.05])
     assert rotor.standard_errors == {"factor": pytest.approx(0.01)}
     assert wind.standard_errors == {"v": 0.1}
+
+
+def test_what_is_held_back_is_said_of_what_is_named_beside_its_own_reason():
+    pair = alike(PAIR)
+    plausible = Finding("wind", "Plausible", ("wind",), None, {}, {}, "little")
+    held = SimpleNamespace(held_back={"thrust_scale 0": "without it", "wind": "without it"})
+    mass, thrust, wind = _with_held_back((*pair, plausible), held)
+    assert (mass.reason, thrust.reason, wind.reason) == ("cannot tell", "cannot tell; without it", "little")
+
+
+def test_labels_are_those_of_the_set_and_of_rivals_that_stand_for_a_name():
+    told = SimpleNamespace(labels=("rotor_effectiveness 0", "rotor_effectiveness 3", "linear_drag"))
+    stand = {"mass_offset": "mass_offset", "wind": "wind", "linear_drag": "linear_drag"}
+    labels = _labels(told, ["rotor_effectiveness", "mass_offset", "linear_drag"], stand)
+    assert labels == ["rotor_effectiveness 0", "rotor_effectiveness 3", "linear_drag", "mass_offset"]
