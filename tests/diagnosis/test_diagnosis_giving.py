@@ -88,3 +88,110 @@ def test_a_number_on_which_flights_do_not_agree_stays_absent_and_is_said():
 def test_an_effect_without_a_number_left_is_lost():
     _, lost, _ = _pruned(drag_on([[1.0, -0.9, 1.1, -1.0]] * 3))
     assert "predicted worse" in lost["linear_drag"]
+
+
+def with_shares(monkeypatch, shares, ends=()):
+    """Fits that are known by name alone: the shares of the error of two axes that each leaves, and which end at a
+    bound."""
+    monkeypatch.setattr(giving, "_shares", lambda made, each=None: np.array(shares[made]))
+    monkeypatch.setattr(giving, "_ends", lambda made, before: made in ends)
+
+
+def search_of_names():
+    """What it fits is known by what was asked of it."""
+    return SimpleNamespace(fitted=lambda labels, *rest, **more: "+".join(labels))
+
+
+def test_the_net_of_shares_is_their_product():
+    assert giving._net(np.array([0.5, 2.0])) == pytest.approx(0.0)
+    assert giving._net(np.array([0.5, 0.0, 0.5])) == pytest.approx(np.log(0.25))
+
+
+def test_what_may_correct_the_ratio_comes_in_the_order_in_which_it_predicts(monkeypatch):
+    """By more than a twentieth of one axis, and without an end at a bound."""
+    shares = {
+        "bare": [1.0, 1.0],
+        "drag+a": [0.9, 0.9],
+        "drag+b": [0.5, 1.0],
+        "drag+c": [0.97, 1.0],
+        "drag+d": [0.1, 1.0],
+        "drag+e": [0.94, 1.0],
+    }
+    with_shares(monkeypatch, shares, ends=("drag+d",))
+    found = giving._of_ratio(search_of_names(), None, ["drag"], "bare", list("abcde"))
+    assert list(found.items()) == [("b", "drag+b"), ("a", "drag+a"), ("e", "drag+e")]
+    assert giving._of_ratio(search_of_names(), None, ["drag"], "bare", []) == {}
+
+
+def test_a_share_is_of_the_root_mean_square():
+    fit = drag_on([[2.0] * 4, [1.0] * 4, [0.0] * 4])
+    assert giving._shares(fit)[0] == pytest.approx(np.sqrt(0.01 / 4.01), rel=0.1)
+    assert giving._shares(fit)[2] == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize(("size", "stays"), [(0.03, True), (0.05, False)])
+def test_a_number_stays_that_makes_no_axis_worse_by_a_twentieth(size, stays):
+    """Of sizes +-s the others' mean is a third the wrong way: (0.1^2 + (4 s / 3)^2) / (0.1^2 + s^2) is 1.06 or 1.16."""
+    _, lost, held_back = _pruned(drag_on([[1.0] * 4, [1.0] * 4, [size, -size, size, -size]]))
+    assert not lost
+    assert bool(held_back) != stays
+
+
+def test_a_number_acts_where_it_changes_a_thousandth_of_the_error_and_more():
+    fit = drag_on([[1.0] * 4] * 3)
+    each = fit.solution.each
+    assert giving._acts(fit, each, (0,), 0)
+    assert not giving._acts(fit, each, (0,), 1)
+    assert not giving._acts(fit, 0.001 * each, (0,), 0)
+
+
+def test_numbers_that_stay_absent_are_so_on_every_fold():
+    theta, each = giving._without(np.ones(3), np.ones((4, 3)), (0, 2))
+    assert theta.tolist() == [0.0, 1.0, 0.0]
+    assert each.tolist() == [[0.0, 1.0, 0.0]] * 4
+
+
+def test_the_reason_says_by_how_much_an_axis_is_worse():
+    """Sizes of +-1 that are fitted from the three other flights: a third of each is added, noise of 0.1 is little."""
+    _, _, held_back = _pruned(drag_on([[1.0] * 4, [1.1] * 4, [1.0, -1.0, 1.0, -1.0]]))
+    assert "worse with it, by 33 %" in held_back["linear_drag"]
+
+
+def corrected(monkeypatch, made, shares, asked=("drag",)):
+    """What corrects the file beside `asked`, where a file that is so far off leaves these shares of the error of fx;
+    the numbers of the file that were tried."""
+    tried = []
+
+    def with_file(search, whole, labels, file, common):
+        tried.append(tuple(file))
+        return SimpleNamespace(labels=(*labels, *file), scales=Scales(common))
+
+    def fitted(labels, like, scales, rounds):
+        return SimpleNamespace(labels=labels, scales=scales)
+
+    # What the kinematic axis has is no reason for anything.
+    of_fit = {None: np.array([made, 1.0])}
+    monkeypatch.setattr(
+        giving, "_shares", lambda f: of_fit[None] if f is None else np.array([shares[f.scales.common], 1e-3])
+    )
+    monkeypatch.setattr(giving, "_with_file", with_file)
+    monkeypatch.setattr(giving, "_ends", lambda made, before: False)
+    monkeypatch.setattr(giving, "labels_of_file", lambda whole: ["mass_offset", "inertia_error", "thrust_scale"])
+    sums = SimpleNamespace(axes=("fx", "turn x"))
+    whole = SimpleNamespace(linear=SimpleNamespace(sums=sums), scales=Scales(1.0))
+    search = SimpleNamespace(fitted=fitted, held=())
+    return giving._corrected(search, whole, None, list(asked)), tried
+
+
+def test_the_file_is_as_far_off_as_predicts_best_and_only_where_that_tells(monkeypatch):
+    shares = {0.05: 0.9, 0.3: 0.5, 1.0: 0.4, 3.0: 0.6, 9.0: 0.7}
+    found, _ = corrected(monkeypatch, 0.5, shares)
+    assert found.scales.common == 1.0
+    assert corrected(monkeypatch, 0.45, shares)[0] is None
+
+
+def test_thrust_over_mass_is_said_once(monkeypatch):
+    shares = dict.fromkeys((0.05, 0.3, 1.0, 3.0, 9.0), 0.1)
+    _, tried = corrected(monkeypatch, 1.0, shares, ["drag", "mass_offset"])
+    assert set(tried) == {("inertia_error",)}
+    assert set(corrected(monkeypatch, 1.0, shares)[1]) == {("mass_offset", "inertia_error", "thrust_scale")}

@@ -1,0 +1,208 @@
+"""Numbers of effects and of the file in their own units: value, standard error, and when they are told."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from linear_fits import ROWS, linear_fit
+
+from infotraj.diagnosis.judge import numbers, ratio
+from infotraj.diagnosis.judge.evidence import Evidence
+from infotraj.diagnosis.judge.giving import Given
+from infotraj.diagnosis.judge.numbers import (
+    by_parameter,
+    file_numbers,
+    fitted_numbers,
+    labels_of_file,
+    thrust_over_mass,
+)
+from infotraj.diagnosis.judge.verdicts import Finding
+from infotraj.diagnosis.linear.candidates import Candidate, places
+from infotraj.diagnosis.linear.observation import Member
+from infotraj.diagnosis.select.prior import Scales
+from infotraj.effects import Effect, Parameter, effect_class
+from infotraj.vehicle import load_vehicle
+
+VEHICLE = load_vehicle(Path(__file__).parents[2] / "config/vehicles/quadrotor.yaml")
+
+
+def candidate(name, **fixed):
+    cls = effect_class(name)
+    return Candidate(cls, tuple(p for p in cls.parameters if not p.index), tuple(fixed.items()))
+
+
+def made_of(monkeypatch, thetas, deviation, spike=0.3, **changed):
+    """What a fit knows of one number of each candidate: theta, usual sizes, its deviation and what a file is off by."""
+    columns = [
+        SimpleNamespace(candidate=c, place=place, scale=places(c, VEHICLE)[place].scale) for c, place, _ in thetas
+    ]
+    observation = SimpleNamespace(vehicle=VEHICLE, healthy=None)
+    linear = SimpleNamespace(columns=columns, observation=observation, spike=lambda _: np.full(len(columns), spike))
+    solution = SimpleNamespace(theta=np.array([x for *_, x in thetas]))
+    monkeypatch.setattr(numbers, "overdispersion", lambda _: (1.0, deviation**2 * np.eye(len(columns))))
+    return SimpleNamespace(linear=linear, solution=solution, scales=None, labels=(), **changed)
+
+
+def test_a_number_of_the_file_is_told_in_its_unit_with_its_error(monkeypatch):
+    """Five usual sizes of a twentieth of the mass, as a logarithm; thrust of one rotor by its own coefficient; 4 ms."""
+    monkeypatch.setattr(numbers, "thrust_over_mass", lambda made: [])
+    monkeypatch.setattr(numbers, "_takes_half", lambda made, along: True)
+    asked = [
+        (candidate("mass_offset"), 0, 5.0),
+        (candidate("rotor_effectiveness", rotor=2), 0, -1.2),
+        (candidate("rotor_lag"), 0, 0.2),
+        (candidate("com_offset"), 1, 0.8),
+    ]
+    mass, rotor, lag, center = file_numbers(made_of(monkeypatch, asked, 0.05), ())
+    grown = VEHICLE.mass * np.exp(5.0 * 0.05)
+    assert (mass.name, mass.declared, mass.unit) == ("mass", VEHICLE.mass, "kg")
+    assert mass.value == pytest.approx(grown)
+    assert mass.standard_error == pytest.approx(0.05 * 0.05 * grown)
+    k = VEHICLE.rotors[2].thrust_coefficient
+    assert rotor.name == "rotor_2.thrust_coefficient"
+    assert rotor.value == pytest.approx(k * np.exp(-1.2 * 0.15))
+    assert rotor.standard_error == pytest.approx(0.05 * 0.15 * rotor.value)
+    assert lag.value - lag.declared == pytest.approx(0.2 * 0.03)
+    assert lag.standard_error == pytest.approx(0.05 * 0.03)
+    scale = places(candidate("com_offset"), VEHICLE)[1].scale
+    assert (center.name, center.value) == ("center_of_mass.y", pytest.approx(0.8 * scale))
+    # Within three times what such a file is off by; half of an error is spoken of where it is a lag.
+    assert [n.ordinary for n in (mass, rotor, lag, center)] == [False, False, True, True]
+    assert [n.large for n in (mass, rotor, lag, center)] == [False, False, True, False]
+
+
+def test_a_number_is_told_where_it_is_three_standard_errors_off(monkeypatch):
+    monkeypatch.setattr(numbers, "thrust_over_mass", lambda made: [])
+    asked = [(candidate("mass_offset"), 0, 0.29), (candidate("com_offset"), 0, -0.31)]
+    found = file_numbers(made_of(monkeypatch, asked, 0.1), ())
+    assert [n.name for n in found] == ["center_of_mass.x"]
+
+
+def test_numbers_of_an_effect_stand_by_parameter():
+    class Both(Effect):
+        """A vector and a number."""
+
+        name, place = "both", "wrench"
+        parameters = (Parameter("v", "N", 1.0, (-9.0, 9.0), size=3), Parameter("x", "N", 1.0, (-9.0, 9.0)))
+
+    made = Member(Candidate(Both, Both.parameters), Both(v=[1.0, 2.0, 3.0], x=4.0))
+    assert by_parameter(made, np.array([0.1, 0.2, 0.3, 0.4])) == {"v": [0.1, 0.2, 0.3], "x": 0.4}
+
+
+def test_the_error_of_a_fitted_number_is_in_its_own_unit():
+    """2000 rows of variance 1 beside noise of 1: a number to 1 / sqrt(2000) of its usual size, times its slope."""
+
+    def rows(rng, _):
+        x = rng.standard_normal((ROWS, 3))
+        x[:, 0] += 2.0 * x[:, 1] + 4.0 * x[:, 2]
+        return x
+
+    _, whole = linear_fit(["actuation_delay", "mass_offset"], rows, ["actuation_delay", "mass_offset"])
+    delay, mass = fitted_numbers(whole)
+    assert delay["delay"] == pytest.approx(0.015 / np.sqrt(2000), rel=0.3)
+    # The point has no mass added: there a step of the logarithm is one of the mass.
+    assert mass["dm"] == pytest.approx(0.05 * VEHICLE.mass / np.sqrt(2000), rel=0.3)
+    heavier = whole.linear.point[1].candidate.at({"dm": VEHICLE.mass})
+    moved = tuple(m if m.candidate.name != "mass_offset" else Member(m.candidate, heavier) for m in whole.members)
+    whole.__dict__["members"] = moved
+    assert fitted_numbers(whole)[1]["dm"] == pytest.approx(2.0 * mass["dm"])
+
+
+def test_clocks_and_mounts_and_what_does_not_act_are_no_file_to_correct():
+    names = ["mass_offset", "time_offset", "com_offset", "linear_drag"]
+
+    def rows(rng, _):
+        x = rng.standard_normal((ROWS, 5))
+        x[:, 3] = 0.0
+        return x
+
+    _, whole = linear_fit(names, rows, [])
+    assert labels_of_file(whole) == ["mass_offset"]
+
+
+@pytest.mark.parametrize(("size", "half"), [(1.8, True), (1.6, False)])
+def test_half_of_an_error_goes_where_three_quarters_of_its_square_do(size, half):
+    """A column of variance size^2 beside a noise of 1 makes the root mean square sqrt(1 + size^2) times larger."""
+
+    def rows(rng, _):
+        x = rng.standard_normal((ROWS, 3))
+        x[:, 0] += size * x[:, 1] + 5.0 * x[:, 2]
+        return x
+
+    _, whole = linear_fit(["mass_offset", "linear_drag"], rows, ["mass_offset", "linear_drag"])
+    assert numbers._takes_half(whole, np.array([1.0, 0.0])) == half
+    # A direction has no length.
+    assert numbers._takes_half(whole, np.array([0.1, 0.0])) == half
+
+
+def test_thrust_over_mass_is_told_with_the_error_of_a_factor(monkeypatch):
+    rotors = [(candidate("rotor_effectiveness", rotor=i), 0, -0.8) for i in range(4)]
+    made = made_of(monkeypatch, [*rotors, (candidate("mass_offset"), 0, 1.0)], 0.04)
+    (found,) = thrust_over_mass(made, Scales(1.0))
+    factor = np.exp(-0.8 * 0.15 - 0.05)
+    assert found.value == pytest.approx(factor)
+    # A mean of four rotors' errors, and that of the mass.
+    assert found.standard_error == pytest.approx(factor * 0.04 * np.hypot(0.15 / 2.0, 0.05))
+    assert not found.ordinary
+    assert thrust_over_mass(made_of(monkeypatch, [*rotors[:1]], 0.3), Scales(1.0)) == []
+
+
+def evidence_of(**falls):
+    return Evidence(-0.5, (-0.6, -0.4), (4, 4), 1.0, 1.0, "fz", falls=falls)
+
+
+def with_ratio(monkeypatch, falls, out_of_line=True, beside=("thrust_scale", "com_offset")):
+    """Findings where each label corrects thrust over mass with these falls; what is left beside the named ones."""
+    monkeypatch.setattr(ratio, "evidence", lambda fit, label, rng: evidence_of(**falls[label]))
+    monkeypatch.setattr(ratio, "out_of_line", lambda told: out_of_line)
+    monkeypatch.setattr(ratio, "fitted_numbers", lambda fit: [{"factor": 0.1}])
+    monkeypatch.setattr(ratio, "values_of", lambda member: {"factor": 0.8})
+
+    def fit(label):
+        return SimpleNamespace(members=[SimpleNamespace(candidate=SimpleNamespace(label=label))])
+
+    findings = tuple(Finding(x, "Not needed", (x,), None, {}, {}) for x in ("mass_offset", "thrust_scale", "wind"))
+    made = Given(fit(""), {}, beside=beside, of_ratio={x: fit(x) for x in falls})
+    found, given = ratio.with_ratio(findings, None, made, np.random.default_rng(0))
+    return {f.name: f for f in found}, given.beside
+
+
+def test_a_ratio_that_is_out_of_line_is_named_by_all_that_take_most_of_its_error(monkeypatch):
+    falls = {"thrust_scale": {"fz": 1.2, "tx": 0.1}, "mass_offset": {"fz": 0.7}, "coaxial_loss": {"fz": 0.5}}
+    found, beside = with_ratio(monkeypatch, falls)
+    pair = ("thrust_scale", "mass_offset")
+    assert [found[x].verdict for x in pair] == ["Not separable"] * 2
+    assert found["thrust_scale"].group == found["mass_offset"].group == pair
+    assert found["wind"].verdict == "Not needed"
+    assert beside == ("com_offset",)
+    alone, _ = with_ratio(monkeypatch, {"thrust_scale": {"fz": 1.2}})
+    assert alone["thrust_scale"].verdict == "Supported"
+    assert alone["thrust_scale"].standard_errors == {"factor": 0.1}
+
+
+@pytest.mark.parametrize("changed", [{"falls": {"thrust_scale": {"fz": 0.6}}}, {"out_of_line": False}, {"beside": ()}])
+def test_a_ratio_is_no_finding_where_it_is_in_line_or_takes_less_than_half_of_an_error(monkeypatch, changed):
+    found, beside = with_ratio(monkeypatch, **{"falls": {"thrust_scale": {"fz": 1.2}}, **changed})
+    assert {f.verdict for f in found.values()} == {"Not needed"}
+    assert beside == changed.get("beside", ("thrust_scale", "com_offset"))
+
+
+@pytest.mark.parametrize(("theta", "ordinary"), [(0.4, True), (0.6, False)])
+def test_rotors_that_are_off_by_themselves_make_less_of_a_ratio_than_all_alike(monkeypatch, theta, ordinary):
+    """A file's rotors differ by 0.3 usual sizes of 0.15 each, their mean by half of that: three of it are ordinary."""
+    rotors = [(candidate("rotor_effectiveness", rotor=i), 0, theta) for i in range(4)]
+    (found,) = thrust_over_mass(made_of(monkeypatch, rotors, 0.01), Scales(1.0))
+    assert (abs(theta) * 0.15 < 3.0 * 0.3 * 0.15 / 2.0) == ordinary == found.ordinary
+
+
+def test_a_change_from_healthy_flights_is_as_unsure_as_its_data_scatter(monkeypatch):
+    """Data whose variance is four times that of their noise make the deviation of a change twice as large."""
+    made = made_of(monkeypatch, [(candidate("com_offset"), i, 0.0) for i in range(3)], 1.0)
+    monkeypatch.setattr(numbers, "overdispersion", lambda _: (4.0, np.eye(3)))
+    made.linear.observation.healthy = made
+    made.changes = (None, None, np.array([0.1, 0.2, 0.0]))
+    cls = candidate("com_offset")
+    made.members = (Member(cls, cls.absent(VEHICLE)),)
+    scale = places(cls, VEHICLE)[0].scale
+    assert fitted_numbers(made) == [{"r": pytest.approx([0.2 * scale, 0.4 * scale, 0.0])}]
