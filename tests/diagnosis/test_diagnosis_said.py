@@ -1,0 +1,209 @@
+"""What an answer says of errors, files and commands, and how errors of held-out stretches are told."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from infotraj.comparing.equation_error import AXES
+from infotraj.diagnosis.gates.doubt import Doubt
+from infotraj.diagnosis.judge.evidence import Evidence
+from infotraj.diagnosis.judge.numbers import FileNumber
+from infotraj.diagnosis.judge.unexplained import Structure, Unexplained
+from infotraj.diagnosis.judge.verdicts import Finding
+from infotraj.diagnosis.report.following import as_read
+from infotraj.diagnosis.report.parts import parts
+from infotraj.diagnosis.report.reasons import why
+from infotraj.diagnosis.report.steps import HeldOut
+from infotraj.diagnosis.report.summary import as_dict, as_text, sentence, stays
+from infotraj.flight import Flight
+
+ONES = np.ones(6)
+
+
+def evidence_of(rise):
+    return Evidence(-0.5, (-0.6, -0.4), (3, 4), 0.97, rise, "fx", gain=0.4, probability=0.99, form_error=0.2)
+
+
+def answer(**changed):
+    """As much of a diagnosis as its words are made of."""
+    vehicle = SimpleNamespace(mass=1.0, inertia=1.0)
+    observation = SimpleNamespace(command_step=0.004, balance=frozenset())
+    statistics = {
+        name: SimpleNamespace(rmse=scale * ONES, floor=floor * ONES)
+        for name, scale, floor in (("before", 1.0, 0.07), ("after", 0.1, 0.08))
+    }
+    made = SimpleNamespace(
+        **statistics,
+        supported=(),
+        findings=(),
+        beside=(),
+        healthy=None,
+        healthy_numbers=lambda finding: None,
+        judged=True,
+        refused={},
+        doubts=(),
+        file=(),
+        unexplained=Unexplained(False, ()),
+        model=SimpleNamespace(vehicle=vehicle, effects=()),
+        errors_of=(),
+        coherence=0.5 * ONES,
+        accepted=[],
+        at_bound={},
+        command_steps=1,
+        search=SimpleNamespace(observation=observation),
+        samples=(),
+    )
+    made.finding = lambda name: next(f for f in made.findings if f.name == name)
+    for key, value in changed.items():
+        setattr(made, key, value)
+    return made
+
+
+def found(name, verdict="Supported", group=(), rise=1.0):
+    return Finding(name, verdict, group or (name,), evidence_of(rise), {}, {})
+
+
+def test_an_error_stays_that_is_three_times_the_floor_of_the_new_model_on_a_judged_axis():
+    after = SimpleNamespace(rmse=np.array([0.3, 0.2, 0.25, 0.9, np.nan, 0.1]), floor=0.08 * ONES)
+    made = answer(after=after, refused={"tx": "why"})
+    assert stays(made) == {"fx": 0.3, "fz": 0.25}
+    assert "0.25 N of error stay on fz" in as_text(made)
+
+
+def test_errors_are_told_before_and_after_beside_the_floor_of_the_new_model():
+    error = as_dict(answer())["error"]
+    assert error == {
+        "before": dict.fromkeys(AXES, 1.0),
+        "after": dict.fromkeys(AXES, 0.1),
+        "floor": dict.fromkeys(AXES, 0.08),
+    }
+
+
+def test_the_sentence_names_effects_with_those_that_they_cannot_be_told_from():
+    pair = ("mass_offset", "thrust_scale")
+    findings = (found("mass_offset", "Not separable", pair), found("linear_drag"), found("thrust_scale", group=pair))
+    made = answer(findings=findings, supported=("mass_offset", "linear_drag"))
+    assert sentence(made) == ("Missing: mass_offset (or thrust_scale: not separable on these flights), linear_drag.")
+    assert sentence(answer()) == "No missing effect is supported."
+    assert sentence(answer(judged=False, refused={"fx": "it hovers"})).endswith("missing: it hovers.")
+
+
+def test_what_numbers_of_the_file_alone_take_off_is_said_where_it_is_more_than_half():
+    after = SimpleNamespace(rmse=np.array([0.4, 0.1, 0.6, 0.2, 0.9, 1.0]), floor=0.01 * ONES)
+    made = answer(after=after, beside=("mass_offset",), refused={"fy": "why"})
+    assert "corrected, 60 to 80 % of it is gone on fx, tx" in sentence(made)
+    assert "corrected" not in sentence(answer(after=after))
+    one = SimpleNamespace(rmse=np.array([0.4, 1, 1, 1, 1, 1]), floor=0.01 * ONES)
+    assert "corrected, 60 % of it is gone on fx" in sentence(answer(after=one, beside=("mass_offset",)))
+
+
+@pytest.mark.parametrize(
+    ("large", "ordinary", "said"), [(True, False, True), (False, False, False), (True, True, False)]
+)
+def test_a_file_is_out_of_line_in_the_sentence_where_that_is_large_and_not_ordinary(large, ordinary, said):
+    number = FileNumber("mass", 1.0, 2.5, 0.1, ordinary, "kg", large)
+    made = answer(file=(number,))
+    assert ("out of line: mass 2.5 kg" in sentence(made)) == said
+    (entry,) = as_dict(made)["file"]
+    assert (entry["declared"], entry["value"], entry["standard_error"]) == (1.0, 2.5, 0.1)
+    assert "mass: 2.5 +- 0.1 kg, not 1" in as_text(made)
+
+
+def test_doubts_refuse_warn_or_are_accepted():
+    doubts = (
+        Doubt("a", "motion", ("fx",), "refuses"),
+        Doubt("b", "stamps", (), "warns", refuses=False),
+        Doubt("c", "file", ("fy",), "overruled", accepted=True),
+    )
+    made = as_dict(answer(doubts=doubts, refused={"fx": "refuses"}))
+    assert made["refused"] == {"motion": "refuses"}
+    assert made["warnings"] == ["warns"]
+    assert made["axes"]["fx"] == {"judged": False, "reason": "refuses", "coherence": 0.5}
+    assert made["axes"]["fy"]["judged"]
+
+
+def test_effects_of_one_verdict_stand_by_how_much_they_raise_the_error():
+    findings = (found("a", "Plausible", rise=0.1), found("b", rise=0.2), found("c", rise=3.0), found("d", "Plausible"))
+    lines = as_text(answer(findings=findings, supported=("b", "c"))).splitlines()
+    assert [line[0] for line in lines if line[:2] in ("a ", "b ", "c ", "d ")] == ["c", "b", "d", "a"]
+    assert "3/4" in lines[1]
+    assert "0.97" in lines[1]
+    made = as_dict(answer(findings=findings))["effects"][2]
+    assert (made["probability"], made["selected"], made["rise"], made["form_error"]) == (0.99, 0.97, 3.0, 0.2)
+    assert made["ci95"] == [-0.6, -0.4]
+
+
+def test_structure_is_told_with_its_held_out_share_and_what_it_goes_with():
+    left = Structure("vx", 0.42, 0.1, 2.0, 1.0, (("wx", -0.7),), "vx goes with wx", 0.3)
+    made = answer(unexplained=Unexplained(True, (left,)))
+    assert "left on vx: 42 % of the slow error can be predicted; it goes with wx (-0.70)" in as_text(made)
+    assert "hint, not a result: vx goes with wx (30 % held out)" in as_text(made)
+    (entry,) = as_dict(made)["unexplained"]
+    assert (entry["heldout_share"], entry["hint_heldout_share"], entry["rise"]) == (0.42, 0.3, 2.0)
+    assert "structured error is left on vx" in sentence(made)
+
+
+def test_a_delay_of_half_the_time_between_sparse_commands_cannot_be_told():
+    sparse = SimpleNamespace(observation=SimpleNamespace(command_step=0.02, balance=frozenset()))
+    assert "a delay below 10 ms cannot be told" in as_text(answer(search=sparse))
+    assert "cannot be told" not in as_text(answer())
+    read = as_text(answer(command_steps=2))
+    assert "commands: every 4 ms, read as 2 steps" in read
+    assert "a delay below 2 ms" in read
+    assert [as_read(n) for n in (1, 2)] == ["", " --command-steps 2"]
+
+
+def test_one_reason_of_several_axes_is_told_once_with_its_numbers_only_where_they_agree():
+    assert why({"fx": "0.1 of it: order", "fy": "0.2 of it: order", "fz": "hovers"}) == [
+        ("order", ["fx", "fy"]),
+        ("hovers", ["fz"]),
+    ]
+    assert why({"fx": "0.1 of it: order", "fy": "0.1 of it: order"}) == [("0.1 of it: order", ["fx", "fy"])]
+
+
+def test_the_error_of_held_out_stretches_is_over_all_their_rows():
+    """Two stretches of one flight: 10 rows with a square of 4 each, and 30 of 1."""
+    squares, rows = np.array([[40.0] * 6, [30.0] * 6]), np.array([[10.0] * 6, [30.0] * 6])
+    rows[:, 5] = squares[:, 5] = 0.0
+    made = HeldOut((), squares, rows, np.zeros(2, dtype=int))
+    assert made.rmse[:5] == pytest.approx(np.sqrt(70.0 / 40.0) * np.ones(5))
+    assert np.isnan(made.rmse[5])
+    low, high = made.interval(np.random.default_rng(0))
+    # Either stretch may be drawn twice.
+    assert (low[0], high[0]) == pytest.approx((1.0, 2.0))
+
+
+def test_an_interval_holds_95_percent_of_what_stretches_may_be():
+    """A hundred stretches of ten rows whose squares are 1 to a deviation of 0.5 of each stretch's mean."""
+    mean = 1.0 + 0.5 * np.random.default_rng(1).standard_normal(100)
+    made = HeldOut((), 10.0 * np.tile(mean[:, None], (1, 6)), np.full((100, 6), 10.0), np.zeros(100, dtype=int))
+    low, high = made.interval(np.random.default_rng(0))
+    assert high[0] - low[0] == pytest.approx(2 * 1.96 * 0.5 * 0.5 / np.sqrt(100), rel=0.25)
+
+
+def lively(moves, seconds=100.0):
+    """Rates in a flight at 20 Hz."""
+    t = 5.0 + np.arange(0.0, seconds, 0.05)
+    rate = moves(t)
+    return Flight(pd.DataFrame({"t": t, "wx": rate, "wy": 0.0 * t, "wz": 0.0 * t}))
+
+
+def test_flights_share_the_seconds_evenly_and_the_short_ones_leave_theirs():
+    made = [lively(lambda t: np.sin(t), s) for s in (10.0, 200.0, 100.0)]
+    used, _ = parts(made, 90.0)
+    assert [round(f.t[-1] - f.t[0]) for f in used] == [10, 40, 40]
+    assert parts(made, 400.0)[0] == made
+
+
+def test_a_steady_turn_is_no_motion_and_seconds_count_by_the_root_of_their_variance():
+    turning = lively(lambda t: np.where(t < 50.0, 3.0, np.sin(3.0 * t)))
+    (used,), _ = parts([turning], 20.0)
+    assert used.t[0] >= 49.0
+    # Ten seconds of a small motion are more than one second that is ten times as large in its square.
+    hard = lively(
+        lambda t: np.where(t < 50.0, np.sin(9.0 * t), np.where((t > 80.0) & (t < 81.0), 3.0, 0.0) * np.sin(9 * t))
+    )
+    (used,), _ = parts([hard], 10.0)
+    assert used.t[0] < 50.0
