@@ -141,3 +141,127 @@ def test_a_damped_step_goes_far_where_numbers_are_told_and_hardly_where_their_su
     assert np.diff(short) == pytest.approx(np.diff(now), abs=0.01)
     assert abs(np.diff(short)[0] - np.diff(whole)[0]) > 1.0
     np.testing.assert_allclose(made.damped((0, 1), now, 1e9), now, atol=1e-6)
+
+
+def with_bounds(r, s, names, low, high, **more):
+    """Like `scorer`, with bounds of each number and what else a scorer takes."""
+    choices = [Choice(n, (i,), 0.0) for i, n in enumerate(names)]
+    prior = more.pop("prior", np.zeros((s.shape[1], s.shape[1])))
+    return Scorer(sums_of(r, s), choices, more.pop("kept", ()), prior, np.array(low), np.array(high), **more)
+
+
+def test_effects_that_stay_are_integrated_out_under_a_slab():
+    s = RNG.standard_normal((60, 2))
+    r = s @ [1.0, 0.4] + RNG.standard_normal(60)
+    made = with_bounds(r, s, "ab", [-9.0, -9.0], [9.0, 9.0], kept=(0,))
+    both = np.eye(60) + SLAB**2 * s @ s.T
+    kept = np.eye(60) + SLAB**2 * np.outer(s[:, 0], s[:, 0])
+    with_b, without = made.scores([(1,), ()])
+    assert with_b - without == pytest.approx(log_density(r, both) - log_density(r, kept), abs=1e-6)
+
+
+def test_numbers_and_their_covariance_are_those_of_the_posterior_on_all_folds_and_without_each():
+    s = RNG.standard_normal((80, 3))
+    r = s @ [1.0, -0.5, 0.2] + RNG.standard_normal(80)
+    made = with_bounds(r, s, "abc", [-9.0] * 3, [9.0] * 3, prior=np.diag([0.0, 0.0, 0.3**2]), given=np.full(3, 0.1))
+    known = np.diag([SLAB**-2.0, SLAB**-2.0, 0.3**-2.0])
+    found = made.solution((0, 1))
+    rows = np.arange(80)
+    folds = [rows, *(np.delete(rows, part) for part in np.array_split(rows, 4))]
+    for theta, kept in zip([found.theta, *found.each], folds, strict=True):
+        x = s[kept]
+        np.testing.assert_allclose(theta - 0.1, np.linalg.solve(x.T @ x + known, x.T @ r[kept]))
+    free, covariance = made.covariance((0, 1))
+    assert free.tolist() == [0, 1, 2]
+    np.testing.assert_allclose(covariance, np.linalg.inv(s.T @ s + known))
+
+
+def test_a_number_that_is_both_is_told_apart_as_what_is_new_beside_what_could_be():
+    """One column under a spike of 0.3 for what was not known of it and under a slab for what is new."""
+    s = RNG.standard_normal((80, 2))
+    r = s @ [1.5, 0.3] + RNG.standard_normal(80)
+    prior = np.array([[0.09, 0.03], [0.03, 0.04]])
+    made = with_bounds(r, s, "ab", [-9.0, -9.0], [9.0, 9.0], prior=prior)
+    new, each, error = made.apart((0,))
+    x = np.column_stack([s, s[:, 0]])
+    known = np.zeros((3, 3))
+    known[:2, :2], known[2, 2] = np.linalg.inv(prior), SLAB**-2.0
+    precision = x.T @ x + known
+    np.testing.assert_allclose(new, [np.linalg.solve(precision, x.T @ r)[2], 0.0], atol=1e-9)
+    np.testing.assert_allclose(error, [np.sqrt(np.linalg.inv(precision)[2, 2]), 0.0], atol=1e-9)
+    assert each.shape == (4, 2)
+    # What is new is a change within the bounds.
+    assert with_bounds(r, s, "ab", [-9.0, -9.0], [0.5, 9.0], prior=prior).apart((0,))[0][0] == 0.5
+
+
+@pytest.mark.parametrize(("beyond", "held"), [(2.0, False), (4.0, True)])
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_number_is_held_at_a_bound_where_it_is_more_than_three_standard_errors_beyond(beyond, held, side):
+    """Columns of length 10 beside noise of 1: a standard error of a tenth."""
+    s = np.zeros((200, 2))
+    s[:100, 0] = s[100:, 1] = 1.0
+    r = side * s @ [0.1 * beyond, 0.5]
+    low, high = ([-9.0, -9.0], [0.0, 9.0]) if side > 0 else ([0.0, -9.0], [9.0, 9.0])
+    made = with_bounds(r, s, "ab", low, high)
+    theta = made.solution((0, 1)).theta
+    assert (theta[0] == 0.0) == held
+    assert theta[1] == pytest.approx(0.5 * side, rel=0.01)
+    # A set of which nothing is left free is none.
+    assert np.isfinite(made.scores([(0,)])[0]) != held
+
+
+def test_what_is_left_beside_a_number_at_its_bound_is_fitted_without_it():
+    """Two columns that go together: held at 0, the first leaves all of what it would have taken to the second."""
+    s = RNG.standard_normal((400, 2))
+    s[:, 1] = 0.6 * s[:, 0] + 0.8 * s[:, 1]
+    r = s @ [-1.0, 1.0] + 0.1 * RNG.standard_normal(400)
+    made = with_bounds(r, s, "ab", [0.2, -9.0], [9.0, 9.0])
+    left = r - 0.2 * s[:, 0]
+    alone = (s[:, 1] @ left) / (s[:, 1] @ s[:, 1] + SLAB**-2.0)
+    assert made.solution((0, 1)).theta == pytest.approx([0.2, alone])
+    held = made.scores([(0, 1)])[0]
+    slab = np.eye(400) + SLAB**2 * np.outer(s[:, 1], s[:, 1])
+    none = made.scores([()])[0]
+    assert held - none == pytest.approx(log_density(left, slab) - log_density(r, np.eye(400)), abs=1e-5)
+
+
+def test_the_best_sets_are_right_and_others_may_stay_unscored():
+    s = RNG.standard_normal((400, 6))
+    r = s @ [1.0, -1.0, 0.5, 0.0, 0.0, 0.3] + RNG.standard_normal(400)
+    made = with_bounds(r, s, "abcdef", [0.0] * 6, [9.0] * 6)
+    sets = [(i, j) for i in range(6) for j in range(i)]
+    every, some = made.scores(sets), made.scores(sets, exact=2)
+    best = np.argsort(-every)[:2]
+    np.testing.assert_allclose(some[best], every[best])
+    assert set(np.argsort(-some)[:2]) == set(best)
+    assert (some <= every).all()
+
+
+@pytest.mark.parametrize("folds", [4, 1])
+def test_what_flights_differ_by_counts_where_there_are_several(folds):
+    s = RNG.standard_normal((80, 1))
+    r = s[:, 0] + RNG.standard_normal(80)
+    sums = sums_of(r, s, folds)
+    made = Scorer(
+        sums, [Choice("a", (0,), 0.0)], (), np.zeros((1, 1)), np.full(1, -9.0), np.full(1, 9.0), None, np.ones(1)
+    )
+    precision = sum(1.0 / (1.0 + 1.0 / (x @ x)) if folds > 1 else x @ x for x in np.array_split(s[:, 0], folds))
+    assert made.covariance((0,))[1][0, 0] == pytest.approx(1.0 / (precision + SLAB**-2.0))
+
+
+def test_numbers_that_are_known_together_stay_as_likely_as_beside_the_effect():
+    """The first number takes the effect's error; known to 0.1 it may go further than that by two deviations."""
+    s = RNG.standard_normal((400, 3))
+    s[:, 2] = s[:, 0]
+    r = s @ [0.0, 0.0, 3.0] + 0.1 * RNG.standard_normal(400)
+    prior = np.zeros((3, 3))
+    prior[:2, :2] = [[0.01, 0.002], [0.002, 0.01]]
+    made = with_bounds(r, s, "abc", [-9.0] * 3, [9.0] * 3, prior=prior)
+    assert made.correlated
+    beside = made.beside((), np.zeros((4, 3)), [2])
+    known = np.linalg.inv(prior[:2, :2])
+    for theta in beside:
+        off = np.sqrt(theta[:2] @ known @ theta[:2])
+        assert 0.8 < off <= 2.0 + 0.3
+        assert theta[2] == 0.0
+    assert np.abs(made.solution(()).each[:, 0]).min() > 0.5

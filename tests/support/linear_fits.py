@@ -27,15 +27,18 @@ def linear_fit(
     chosen: Sequence[str],
     axes: tuple[str, ...] = ("fx",),
 ) -> tuple[SimpleNamespace, Fit]:
-    """A search among effects of one column each, and the fit of those that are chosen.
+    """A search among effects of one column each, and the fit of those that are chosen. names: labels of effects.
 
     rows: residual and columns (ROWS, 1 + n) of block k, one after another for each of the axes, in units of the noise.
     Every block is a flight of its own. The search keeps what it was `asked` to
     fit: labels, and whether more was to be asked from there.
     """
     rng = np.random.default_rng(1)
-    forms = {n: tuple(p for p in catalogue()[n].parameters if not p.index) for n in names}
-    candidates = [Candidate(catalogue()[n], forms[n]) for n in names]
+    candidates = []
+    for n in names:
+        name, *rotor = n.split()
+        form = tuple(p for p in catalogue()[name].parameters if not p.index)
+        candidates.append(Candidate(catalogue()[name], form, tuple(("rotor", int(r)) for r in rotor)))
     gram = np.zeros((len(axes), BLOCKS, 1 + len(names), 1 + len(names)))
     for k in range(BLOCKS):
         for a, x in enumerate(np.reshape(rows(rng, k), (len(axes), ROWS, -1))):
@@ -49,6 +52,7 @@ def linear_fit(
         healthy=None,
         scatter={},
         ignored=frozenset(),
+        balance=frozenset(),
         base=lambda c: c.absent(VEHICLE),
     )
     point = tuple(Member(c, c.absent(VEHICLE)) for c in candidates)
