@@ -1,0 +1,494 @@
+"""Small parts of `check` by series whose answer is known: lags, ground and flight, units, coverage, spikes, steps."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from infotraj.checking.actuation import RPM, carrying_findings, column_findings
+from infotraj.checking.airborne import Airborne, airborne_rows, no_flight
+from infotraj.checking.cleaning import derived_again
+from infotraj.checking.clocks import line, minimum, offset
+from infotraj.checking.columns import dead_columns
+from infotraj.checking.coverage import coverage, excitation_findings
+from infotraj.checking.held import held_findings, held_streams, rates, repeat_chance
+from infotraj.checking.inertial import force_unit_findings
+from infotraj.checking.kinematics import acceleration_of, acceleration_width, body_increment, channels, velocity_of
+from infotraj.checking.motionless import motionless_rows
+from infotraj.checking.outliers import impossible_commands, impossible_values, pose_jumps, saturation, spikes
+from infotraj.checking.resolution import quantised, step_size
+from infotraj.checking.sizes import sizes
+from infotraj.checking.streams import Stream, runs, stream
+from infotraj.checking.timing import gaps, jitter, order, time_unit
+from infotraj.checking.voids import Void, emptied
+from infotraj.flight import Flight
+from infotraj.rotations import exp
+from infotraj.vehicle import load_vehicle
+
+QUAD = load_vehicle(Path(__file__).parents[2] / "config/vehicles/quadrotor.yaml")
+T = 5.0 + 0.01 * np.arange(2000)
+ALL = np.ones(len(T), dtype=bool)
+HOVER = np.sqrt(QUAD.mass * QUAD.gravity / 4 / QUAD.rotors[0].thrust_coefficient)
+
+
+def flight(t=T, meta=None, **columns):
+    return Flight(pd.DataFrame({"t": t, **{k: np.broadcast_to(v, t.shape) for k, v in columns.items()}}), meta or {})
+
+
+def random(seed, *shape):
+    return np.random.default_rng(seed).standard_normal((len(T), *shape))
+
+
+# Streams
+
+
+def test_a_stream_is_averaged_as_its_straight_lines_say():
+    t = np.array([0.0, 0.1, 0.3, 0.4, 0.5])
+    made = Stream(t, (t**2)[:, None], gap=0.25)
+    fine = np.linspace(0.05, 0.45, 40001)
+    assert made.mean([0.25], 0.4)[0, 0] == pytest.approx(np.mean(np.interp(fine, t, t**2)), abs=1e-5)
+    assert made.at([0.2])[0, 0] == pytest.approx(0.05)
+
+
+def test_nothing_is_known_of_a_stream_outside_its_samples_or_across_a_gap():
+    made = Stream(np.array([0.0, 0.1, 0.2, 0.6, 0.7]), np.ones((5, 1)), gap=0.25)
+    assert np.isnan(made.at([-0.01, 0.15, 0.4, 0.65, 0.71])[:, 0]).tolist() == [True, False, True, False, True]
+    assert np.isnan(made.mean([0.1, 0.15, 0.3, 0.65], 0.08)[:, 0]).tolist() == [False, False, True, False]
+    kept = stream(flight(px=np.where(T < 6.0, np.nan, 1.0), py=0.0, pz=0.0), ("px", "py", "pz"))
+    assert kept.t[0] == pytest.approx(6.0)
+    assert kept.gap == pytest.approx(0.05)
+
+
+# Clocks
+
+
+def late(lag, noise=0.05, seed=0, unexplained=0.0):
+    """A stream that is stamped `lag` late, its prediction at centres, and their blocks of 1 s."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(0.0, 30.0, 0.01)
+    f, phase = rng.uniform(0.2, 1.5, 6), rng.uniform(0.0, 6.28, 6)
+
+    def signal(time):
+        return np.sin(2 * np.pi * f[:, None] * time + phase[:, None]).sum(axis=0)[:, None] * np.ones(3)
+
+    other = unexplained * np.sin(2 * np.pi * 1.7 * t)[:, None]
+    x = signal(t - lag) + other + noise * rng.standard_normal((len(t), 3))
+    centres = np.arange(1.0, 29.0, 0.03)
+    return Stream(t, x, 0.05), signal(centres), centres, np.floor(centres).astype(int)
+
+
+@pytest.mark.parametrize("lag", [0.037, -0.052, 0.0])
+def test_a_lag_is_found_between_the_shifts_that_are_tried(lag):
+    found = offset(*late(lag), width=0.02)
+    assert found.lag == pytest.approx(lag, abs=max(5 * found.error, 5e-4))
+    assert 1e-5 < found.error < 1e-3
+    assert found.unexplained < 0.02
+    assert len(found.segments) == 3
+    assert all(abs(x - lag) < 5e-3 for _, x, _ in found.segments)
+
+
+def test_a_lag_of_what_a_prediction_hardly_explains_is_none():
+    """The share that is left of the stream: 2 of 2 + 3, and nearly all."""
+    half = offset(*late(0.02, unexplained=2.0), width=0.02)
+    assert half.unexplained == pytest.approx(2.0 / 5.0, abs=0.12)
+    assert offset(*late(0.02, unexplained=9.0), width=0.02) is None
+
+
+def test_the_error_of_a_lag_is_that_of_the_parabola_over_its_blocks():
+    """Blocks whose parabolas have their least at +-0.01 s: the mean of ten of them is 0, to 0.01 / sqrt(9)."""
+    shifts = np.arange(-0.05, 0.0501, 0.005)
+    centre = np.where(np.arange(10) % 2, 0.01, -0.01)
+    curve = (shifts[:, None] - centre) ** 2
+    assert minimum(shifts, curve) == (pytest.approx(0.0, abs=1e-12), pytest.approx(0.01 / 3.0))
+    moved = minimum(shifts, (shifts[:, None] - centre - 0.012) ** 2)
+    assert moved[0] == pytest.approx(0.012)
+    assert minimum(shifts, -curve) is None
+    # At an end of what was tried the least is none.
+    assert minimum(shifts, (shifts[:, None] - 0.05 * np.ones(10)) ** 2) is None
+
+
+def test_a_line_through_segments_has_its_slope_and_the_error_of_its_scatter():
+    t = np.arange(6.0)
+    slope, error = line(tuple((x, 0.5 + 0.1 * x, 0.01) for x in t))
+    assert slope == pytest.approx(0.1)
+    assert error == pytest.approx(0.01 / np.sqrt(np.sum((t - t.mean()) ** 2)))
+    scattered = line(tuple((x, 0.1 * x + s, 0.01) for x, s in zip(t, (0.1, -0.1, 0.1, -0.1, 0.1, -0.1), strict=True)))
+    rest = np.array([0.1, -0.1] * 3)
+    rest = rest - np.polyval(np.polyfit(t, rest, 1), t)
+    assert scattered[1] == pytest.approx(np.sqrt(np.sum(rest**2) / 4 / np.sum((t - t.mean()) ** 2)))
+    assert line(((0.0, 0.0, 0.1), (1.0, 1.0, 0.1)))[1] == np.inf
+
+
+# In the air
+
+
+def flying(height=1.0, on=(8.0, 20.0), motor=500.0):
+    """Motors that run, and a height above a rest at 0.2 m, in part of the time."""
+    begin, end = on
+    up = (begin <= T) & (end > T)
+    rotors = {f"rotor_{i}": np.where(up, motor + 5.0 * np.sin(7 * T + i), 40.0) for i in range(4)}
+    return up, flight(px=np.sin(T), py=0.0, pz=0.2 + np.where(up, height, 0.0), **rotors)
+
+
+def test_a_vehicle_flies_where_its_motors_run_and_it_is_away_from_its_rest_on_either_side():
+    for height in (1.0, -1.0, 0.07):
+        up, made = flying(height)
+        found = airborne_rows(made)
+        assert found.ground == pytest.approx(0.2)
+        np.testing.assert_array_equal(found.rows, up)
+    # Nearer than half a rotor's radius, or 5 cm, it rests.
+    assert not airborne_rows(flying(0.04)[1]).rows.any()
+
+
+def test_time_in_the_air_leaves_gaps_out():
+    t = np.concatenate([np.arange(0.0, 2.0, 0.01), 30.0 + np.arange(0.0, 1.0, 0.01)])
+    assert Airborne(np.ones(len(t), dtype=bool), "", None).seconds(t) == pytest.approx(2.98, abs=0.03)
+
+
+@pytest.mark.parametrize(("seconds", "height", "code"), [(0.7, 1.0, "no_flight"), (5.0, 0.25, "low_flight"),
+                                                         (5.0, 0.4, None)])  # fmt: skip
+def test_a_flight_is_longer_than_a_second_and_higher_than_0_3_m(seconds, height, code):
+    made = flying(height, (8.0, 8.0 + seconds))[1].between(5.0, 15.0)
+    codes = [f.code for f in no_flight(made, airborne_rows(made))]
+    assert codes == ([code] if code else [])
+
+
+def test_a_short_hop_above_0_3_m_is_no_low_flight():
+    """For a twentieth of the time it is high."""
+    _, made = flying(0.2, (8.0, 18.0))
+    table = made.table.assign(pz=made.table["pz"] + np.where((T > 12.0) & (T < 12.5), 1.0, 0.0))
+    assert no_flight(Flight(table), airborne_rows(Flight(table))) == []
+
+
+# Commands
+
+
+def rotors(values, **more):
+    return flight(**{f"cmd_rotor_{i}": values for i in range(4)}, **more)
+
+
+def codes(made, airborne=ALL, vehicle=QUAD):
+    return {f.code: f for f in carrying_findings(made, airborne, vehicle)}
+
+
+def test_rotor_commands_carry_the_weight_or_their_unit_is_another():
+    assert codes(rotors(HOVER)) == {}
+    assert codes(rotors(1.5 * HOVER)) == {}
+    rpm = codes(rotors(HOVER * RPM))["rotor_unit"]
+    assert rpm.values["ratio"] == pytest.approx(RPM**2)
+    assert rpm.settings == ("rotor_command.unit=rpm",)
+    assert codes(rotors(2.5 * HOVER))["rotor_unit"].settings == ()
+    # Against what it felt in the air, not on the ground.
+    falling = {"ax": 0.0, "ay": 0.0, "az": np.where(T < 15.0, 30.0, 9.81)}
+    assert codes(rotors(HOVER, **falling), T >= 15.0) == {}
+    heavy = {"ax": 0.0, "ay": 0.0, "az": 12.0}
+    assert codes(rotors(2.0 * HOVER, **heavy))["rotor_unit"].values["ratio"] == pytest.approx(4.0 * QUAD.gravity / 12.0)
+
+
+def test_a_rotor_reverses_where_it_turns_both_ways_and_is_signed_where_it_turns_one():
+    def said(x):
+        return {
+            f.code: f.channels for f in column_findings(flight(**{f"rotor_{i}": x[i] for i in range(4)}), ALL, QUAD)
+        }
+
+    wave = 500.0 + 10.0 * np.sin(T)
+    both = np.where(T < 10.0, wave, -wave)
+    seldom = np.where(T < 5.1, wave, -wave)
+    assert said([wave] * 4) == {}
+    assert said([wave, -wave, wave, -wave]) == {"signed_speeds": ("rotor_1", "rotor_3")}
+    assert said([wave, both, wave, seldom]) == {"signed_speeds": ("rotor_3",), "reversing_rotors": ("rotor_1",)}
+
+
+def test_commands_are_impossible_beyond_a_fiftieth_of_full_scale_and_below_zero():
+    top = QUAD.rotors[0].max_speed
+    thrust = QUAD.model_copy(update={"rotors": tuple(r.model_copy(update={"input": "throttle"}) for r in QUAD.rotors)})
+
+    def said(x, vehicle=QUAD):
+        return [f.values["share_of_flight"] for f in impossible_commands(rotors(x), ALL, vehicle)]
+
+    some = np.arange(len(T)) % 50 == 0
+    assert said(np.where(some, 1.01 * top, 600.0)) == []
+    assert said(np.where(some, 1.03 * top, 600.0)) == [pytest.approx(0.02)]
+    assert said(np.where(some, 1.05, 0.5), thrust) == [pytest.approx(0.02)]
+    assert said(np.where(some, -0.02, 0.5), thrust) == [pytest.approx(0.02)]
+    assert said(np.where(some, -0.005, 0.5), thrust) == []
+    # Without a vehicle most samples tell a throttle.
+    assert said(np.where(some, 1.05, 0.5), None) == [pytest.approx(0.02)]
+    assert said(np.where(some, 900.0, 600.0), None) == []
+    force = flight(cmd_fx=0.0, cmd_fy=0.0, cmd_fz=np.where(some, 90.0, 8.0))
+    assert [f.code for f in impossible_commands(force, ALL, None)] == ["impossible_command"]
+    assert impossible_commands(flight(cmd_fx=0.0, cmd_fy=0.0, cmd_fz=np.where(some, 70.0, 8.0)), ALL, None) == []
+
+
+# Values
+
+
+def test_rates_speeds_and_forces_have_an_end():
+    def said(**columns):
+        return [f.code for f in impossible_values(flight(**columns), T < 15.0)]
+
+    few, many, ground = np.arange(len(T)) % 200 == 0, np.arange(len(T)) % 20 == 0, T >= 15.0
+    rate = {"wy": 0.0, "wz": 0.0}
+    assert said(wx=np.where(many, 80.0, 1.0), **rate) == ["rate_impossible"]
+    assert said(wx=np.where(few, 80.0, 1.0), **rate) == said(wx=np.where(ground, 80.0, 1.0), **rate) == []
+    assert said(wx=np.where(many, 60.0, 1.0), **rate) == []
+    assert said(vx=np.where(many, 160.0, 1.0), vy=0.0, vz=0.0) == ["speed_impossible"]
+    assert said(ax=0.0, ay=0.0, az=np.where(many, 510.0, 9.8)) == ["force_impossible"]
+    assert said(ax=0.0, ay=0.0, az=np.where(many, 400.0, 9.8)) == []
+
+
+def test_spikes_are_single_samples_far_from_their_neighbours():
+    smooth = np.sin(T) + 0.01 * random(0)
+    x = smooth.copy()
+    x[[500, 900, 901]] += 3.0
+    x[1300:1304] += 3.0  # of four in a row it may be so
+    x[1700] += 0.4  # within the range of the channel
+    ((column, when, share),) = spikes(flight(wx=x), ALL)
+    assert column == "wx"
+    assert [a for a, _ in when] == pytest.approx([T[500], T[900], T[901]])
+    assert share == pytest.approx(3 / len(T))
+    assert spikes(flight(wx=smooth), ALL) == []
+    # Heavy tails are not spikes.
+    assert spikes(flight(wx=np.random.default_rng(0).standard_t(3, len(T))), ALL) == []
+    held = np.where((np.arange(len(T)) % 400) < 6, 900.0, 500.0 + random(1))
+    assert spikes(flight(cmd_rotor_0=held), ALL) == []
+
+
+def test_a_sensor_at_its_end_for_three_samples_again_and_again_is_saturated():
+    wave = 12.0 * np.sin(2.0 * T) + 0.05 * random(0)
+    findings, voids = saturation(flight(wx=np.clip(wave, -11.5, 11.7), wy=wave, wz=random(1)), ALL)
+    assert [f.channels for f in findings] == [("wx",)]
+    clipped = (wave <= -11.5) | (wave >= 11.7)
+    assert findings[0].values["share"] == pytest.approx(clipped.mean(), rel=0.1)
+    assert len(voids[0].times) == pytest.approx(clipped.sum(), rel=0.1)
+    # An actuator at its end is none of a sensor's faults, nor is one at rest.
+    motor = 500.0 + 200.0 * np.sin(2.0 * T) + random(2)
+    findings, voids = saturation(
+        flight(cmd_rotor_0=np.minimum(motor, 650.0), cmd_rotor_1=np.maximum(motor - 400, 0)), ALL
+    )
+    assert [(f.channels, f.severity) for f in findings] == [(("cmd_rotor_0",), "note")]
+    assert voids == []
+
+
+def test_a_pose_jumps_faster_than_20_m_per_s_and_twenty_times_its_speed():
+    def said(step):
+        place = 0.5 * np.sin(T) + np.where(T >= 15.0, step, 0.0)
+        return [f.spans[0][0] for f in pose_jumps(flight(px=place, py=0.0, pz=1.0), ALL)]
+
+    assert said(0.15) == []
+    assert said(0.4) == [pytest.approx(T[999], abs=0.011)]
+
+
+def test_steps_are_coarse_where_they_are_a_quarter_of_what_a_channel_shows():
+    x = 0.5 * random(0)
+    assert step_size(np.round(x / 0.1) * 0.1) == pytest.approx(0.1)
+    assert step_size(x) is None
+
+    def said(step):
+        return [(f.severity, f.values["wx"]["of_spread"]) for f in quantised(
+            flight(wx=np.round(x / step) * step, wy=random(1), wz=random(2)), ALL)]  # fmt: skip
+
+    assert said(0.1) == []
+    assert said(0.2) == [("note", pytest.approx(0.4, rel=0.05))]
+    assert said(0.8)[0][0] == "warning"
+
+
+# Sensors that stand still
+
+
+def test_a_second_without_any_motion_is_none_of_flight():
+    rng = np.random.default_rng(0)
+    still = T < 12.0
+    rate = {f"w{a}": np.where(still, 0.0, np.sin(3 * T)) + 0.01 * rng.standard_normal(len(T)) for a in "xyz"}
+    force = {"ax": 0.02 * rng.standard_normal(len(T)), "ay": 0.0 * T, "az": 9.81 + 0.02 * rng.standard_normal(len(T))}
+    assert motionless_rows(flight(**rate, **force))[T < 11.9].all()
+    assert not motionless_rows(flight(**rate, **force))[T > 12.1].any()
+    slow = {k: v + np.where(still, 0.1 * np.sin(3 * T), 0.0) for k, v in rate.items()}
+    assert not motionless_rows(flight(**slow, **force)).any()
+    pushed = {**force, "ax": force["ax"] + 0.5 * np.sin(4 * T)}
+    assert not motionless_rows(flight(**rate, **pushed)).any()
+    moved = {"px": np.where(T > 8.0, 0.1 * (T - 8.0), 0.0), "py": 0.0 * T, "pz": 0.0 * T}
+    assert not motionless_rows(flight(**rate, **force, **moved))[T > 8.1].any()
+    # Motors that a controller moves fly, however calm the sensors are.
+    motors = {f"rotor_{i}": 500.0 + 5.0 * np.sin(9 * T) for i in range(4)}
+    assert not motionless_rows(flight(**rate, **force, **motors)).any()
+    idle = {f"rotor_{i}": 500.0 + 0.0 * T for i in range(4)}
+    assert motionless_rows(flight(**rate, **force, **idle))[T < 11.9].all()
+
+
+def test_a_column_that_repeats_while_its_siblings_go_on_is_dead():
+    x = {f"w{a}": np.sin(T) + 0.02 * random(k) for k, a in enumerate("xyz")}
+    dead = (T > 12.0) & (T < 13.0)
+    (found,) = dead_columns(flight(**{**x, "wy": np.where(dead, 0.3, x["wy"])}), ALL)
+    assert (found.column, found.value) == ("wy", 0.3)
+    np.testing.assert_array_equal(found.rows, dead)
+    assert found.share == pytest.approx(dead.mean())
+    short = (T > 12.0) & (T < 12.3)
+    assert dead_columns(flight(**{**x, "wy": np.where(short, 0.3, x["wy"])}), ALL) == []
+    # Where all stand still it is no matter of one.
+    assert dead_columns(flight(**{k: np.where(dead, 0.3, v) for k, v in x.items()}), ALL) == []
+
+
+def test_a_motor_that_reads_zero_while_most_others_run_has_stopped():
+    speed = {f"rotor_{i}": 500.0 + 20.0 * random(i) for i in range(4)}
+    stopped = (T > 12.0) & (T < 13.0)
+    found = dead_columns(flight(**{**speed, "rotor_2": np.where(stopped, 0.0, speed["rotor_2"])}), ALL, QUAD)
+    assert [d.column for d in found] == ["rotor_2"]
+    np.testing.assert_array_equal(found[0].rows, stopped)
+
+
+# Held samples
+
+
+def test_a_stream_whose_samples_are_repeated_has_the_rate_of_its_samples():
+    new = np.arange(len(T)) // 4 * 4
+    x = random(0, 3)[new]
+    rate = {f"w{a}": random(1, 3)[:, k] for k, a in enumerate("xyz")}
+    made = flight(px=x[:, 0], py=x[:, 1], pz=x[:, 2], **rate)
+    place, gyro = held_streams(made, ALL)
+    assert (place.always, gyro.always) == (True, False)
+    assert (place.hz, place.row_hz, place.period) == pytest.approx((25.0, 100.0, 0.04))
+    np.testing.assert_array_equal(place.rows, np.arange(len(T)) % 4 != 0)
+    assert not gyro.rows.any()
+    assert rates([place, gyro])["px..pz"] == {"hz": pytest.approx(25.0), "held_from_hz": pytest.approx(100.0)}
+    assert rates([place, gyro])["wx..wz"]["held_from_hz"] is None
+    (said,) = held_findings([place, replace(gyro, rows=T < 7.0)], T < 15.0)
+    assert "px..pz at 25 Hz in rows of 100 Hz, wx..wz now and then (20 % of the flight)" in said.what
+
+
+def test_the_chance_to_repeat_is_that_of_the_column_that_repeats_most_rarely():
+    """Columns whose new samples repeat in a half and in a tenth of the rows in which the other one changes."""
+    rng = np.random.default_rng(0)
+    x = np.zeros((4000, 2))
+    for c, chance in enumerate((0.5, 0.1)):
+        same = rng.random(4000) < chance
+        fresh = rng.standard_normal(4000)
+        last = np.maximum.accumulate(np.where(same, 0, np.arange(4000)))
+        x[:, c] = fresh[last]
+    assert repeat_chance(x) == pytest.approx(0.1, abs=0.02)
+    assert np.isnan(repeat_chance(np.ones((100, 2))))
+
+
+# Time
+
+
+def test_gaps_jitter_and_order_of_times():
+    t = np.concatenate([T[:1000], T[1000:] + 0.5])
+    (found,) = gaps(Flight(pd.DataFrame({"t": t})), ALL)
+    assert found.values["seconds"] == pytest.approx(0.51)
+    assert found.values["share"] == pytest.approx(0.51 / (t[-1] - t[0]))
+    assert found.severity == "note"
+    assert gaps(Flight(pd.DataFrame({"t": t})), T < 14.0) == []
+    assert gaps(Flight(pd.DataFrame({"t": np.concatenate([T[:1000], T[1000:] + 0.035])})), ALL) == []
+    for spread, said in ((0.0015, False), (0.003, True)):
+        made = T + np.random.default_rng(0).uniform(-spread, spread, len(T))
+        assert bool(jitter(Flight(pd.DataFrame({"t": made})))) == said
+    back = np.array([0.0, 0.1, 0.2, 0.15, 0.3, 0.3, np.nan, 0.4])
+    table, findings = order(pd.DataFrame({"t": back, "x": np.arange(8.0)}))
+    assert table["x"].tolist() == [0.0, 1.0, 2.0, 4.0, 7.0]
+    assert [f.code for f in findings] == ["time_not_finite", "time_backwards", "duplicate_times"]
+
+
+def test_time_in_milliseconds_is_put_right_with_what_was_derived_by_it():
+    made = Flight(pd.DataFrame({"t": 1000.0 * T, "vx": 0.002, "vy": 0.0, "vz": 0.0}), {"derived": ["vx", "vy", "vz"]})
+    right, (found,) = time_unit(made)
+    np.testing.assert_allclose(right.t, T)
+    np.testing.assert_allclose(right.get("vx"), 2.0)
+    assert found.settings == ("time.unit=ms",)
+    assert time_unit(Flight(pd.DataFrame({"t": 40.0 * T})))[1] == []
+
+
+# What flights cover
+
+
+def test_coverage_is_by_quantiles_about_the_mean_and_by_where_the_power_lies():
+    tilt = np.radians(20.0) * np.sin(2 * np.pi * 0.5 * T)
+    turned = exp(np.outer(tilt, [1.0, 0.0, 0.0]))
+    made = flight(vx=3.0 * np.sin(2 * np.pi * T), vy=0.0, vz=4.0, battery=12.0 + 0.1 * np.sin(2 * np.pi * 3.0 * T),
+                  **{f"q{a}": turned[:, i] for i, a in enumerate("wxyz")})  # fmt: skip
+    found = coverage(made, ALL)
+    assert found["battery"]["rms"] == pytest.approx(0.1 / np.sqrt(2), rel=0.01)
+    assert found["battery"]["frequency_90"] == pytest.approx(3.0, abs=0.15)
+    assert (found["vx"]["q01"], found["vx"]["q50"], found["vx"]["q99"]) == pytest.approx((-3.0, 0.0, 3.0), abs=0.01)
+    assert found["speed"]["q99"] == pytest.approx(5.0, abs=0.01)
+    assert found["tilt"]["q99"] == pytest.approx(np.radians(20.0), abs=0.002)
+    assert found["roll"]["q01"] == pytest.approx(-np.radians(20.0), abs=0.002)
+
+
+def test_what_hardly_moves_is_said_not_to_be_taught():
+    def said(speed, height):
+        covered = {"speed": {"q99": speed}, "pz": {"q01": 1.0, "q50": 1.1, "q99": 1.0 + height}}
+        return [set(f.values) for f in excitation_findings(covered)]
+
+    assert said(0.8, 0.4) == [{"speed"}]
+    assert said(1.2, 0.2) == [{"height_range"}]
+    assert said(1.2, 0.4) == []
+
+
+# Kinematics
+
+
+def test_velocities_accelerations_and_rates_follow_from_the_pose():
+    place = Stream(T, np.stack([0.5 * T**2, np.sin(T), 0.0 * T], axis=1), 0.05)
+    at = np.array([7.0, 9.0])
+    np.testing.assert_allclose(velocity_of(place, at, 0.1)[:, 0], at, atol=1e-9)
+    np.testing.assert_allclose(acceleration_of(place, None, at, 0.1), [[1.0, -np.sin(x), 0.0] for x in at], atol=2e-3)
+    speed = Stream(T, np.stack([T, np.cos(T), 0.0 * T], axis=1), 0.05)
+    np.testing.assert_allclose(acceleration_of(None, speed, at, 0.1), [[1.0, -np.sin(x), 0.0] for x in at], atol=2e-3)
+    turned = Stream(T, exp(np.outer(T - 5.0, [0.3, -0.2, 0.5])), 0.05)
+    np.testing.assert_allclose(body_increment(turned, at, 0.1)[0], [[0.3, -0.2, 0.5]] * 2, atol=1e-4)
+
+
+def test_accelerations_are_taken_over_as_long_as_their_noise_asks():
+    """sqrt(6) sigma / h^2 = 0.15 m/s^2: 10 mm of noise ask for 0.4 s, and no less than the width of velocities."""
+    for sigma, width in ((0.01, 0.404), (0.001, 0.128), (1e-5, 0.1), (1.0, 0.4)):
+        place = Stream(T, sigma * random(0, 3), 0.05)
+        assert acceleration_width(place, 0.1) == pytest.approx(min(width, 0.4), rel=0.1), sigma
+
+
+def test_half_a_second_beside_the_ground_is_not_looked_at_and_sizes_are_exceeded_by_a_twentieth():
+    columns = {"px": 2.0 * np.sin(T), "py": 0.0, "pz": 0.0, "vx": 2.0 * np.cos(T), "vy": 0.0, "vz": 0.0}
+    made = channels(flight(**columns), (T > 8.0) & (T < 14.0))
+    assert made.centres[0] == pytest.approx(8.5, abs=0.02)
+    assert made.centres[-1] == pytest.approx(13.5, abs=0.04)
+    assert made.width == pytest.approx(0.08)
+    found = sizes(made)
+    assert found.speed == pytest.approx(np.percentile(np.abs(2.0 * np.cos(T)), 95), abs=0.01)
+    assert found.path_speed == pytest.approx(2.0, abs=0.05)
+    assert found.extent == pytest.approx(np.ptp(np.percentile(2.0 * np.sin(T), [5, 95])), abs=0.02)
+    assert np.isnan(found.rate)
+
+
+# Units of the accelerometer, and cells without a sample
+
+
+@pytest.mark.parametrize(
+    ("az", "code"),
+    [(9.8, None), (13.0, None), (1.0, "acceleration_unit"), (96.0, "acceleration_unit"),
+     (0.05, "acceleration_without_gravity"), (-9.8, "acceleration_axes")],
+)  # fmt: skip
+def test_what_carries_a_vehicle_is_one_g_upwards(az, code):
+    made = flight(ax=0.1 * random(0), ay=0.1 * random(1), az=az + 0.01 * random(2))
+    assert [f.code for f in force_unit_findings(made, ALL)] == ([code] if code else [])
+
+
+def test_cells_are_emptied_at_their_times_in_their_columns_alone():
+    made = emptied(flight(wx=1, wy=2.0), [Void("x", ("wx", "t", "none"), T[[3, 7]])])
+    assert np.flatnonzero(np.isnan(made.get("wx"))[:, 0]).tolist() == [3, 7]
+    assert np.isfinite(made.get("wy")).all()
+    assert np.isfinite(made.t).all()
+    assert runs(np.array([True, False, True, True])) == [(0, 1), (2, 4)]
+
+
+def test_what_was_derived_of_held_samples_is_derived_again_of_those_that_are_left():
+    place = np.where(np.arange(len(T)) % 4, np.nan, 3.0 * T)
+    held = pd.Series(place).ffill().to_numpy()
+    wrong = np.gradient(held, T)
+    columns = {"px": held, "py": 0.0 * T, "pz": 0.0 * T, "vx": wrong, "vy": 0.0 * T, "vz": 0.0 * T}
+    before = flight(meta={"derived": ["vx", "vy", "vz"]}, **columns)
+    after = emptied(before, [Void("held", ("px", "py", "pz"), T[np.isnan(place)])])
+    made = derived_again(after, before).get("vx")[:, 0]
+    np.testing.assert_allclose(made[np.isfinite(made)], 3.0, atol=1e-6)
+    assert np.isfinite(made[8:-8:4]).all()
