@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from infotraj.comparing.comparison import Compared
 from infotraj.comparing.equation_error import EquationError
-from infotraj.comparing.statistics import difference, statistics
-from infotraj.comparing.summary import remarks
+from infotraj.comparing.statistics import difference, statistics, worst_flight
+from infotraj.comparing.summary import at_floor, remarks
+from infotraj.comparing.thresholds import passed
 
 
 def error_of(measured, floor):
@@ -43,3 +45,57 @@ def test_the_error_of_a_difference_is_what_it_scatters_by_from_drawing_to_drawin
     scatter = np.std([d.mean[0] for d in drawn])
     assert np.mean([d.mean[0] for d in drawn]) == pytest.approx(0.44, abs=3 * scatter / np.sqrt(200))
     assert np.mean([d.standard_error[0] for d in drawn]) == pytest.approx(scatter, rel=0.15)
+
+
+def two_sided(measured, predicted, floor=0.1):
+    return replace(error_of(measured, floor), predicted=np.repeat(np.asarray(predicted)[:, None], 6, axis=1))
+
+
+def test_a_prediction_explains_what_its_error_leaves_of_the_variance():
+    wave = np.sin(0.1 * np.arange(1000)) + 3.0
+    found = statistics([two_sided(wave, 3.0 + 0.5 * (wave - 3.0))])
+    assert found.explained == pytest.approx(np.full(6, 0.75), abs=1e-5)
+    assert found.spread == pytest.approx(np.full(6, wave.std()))
+    assert found.worse_than_none == []
+
+
+@pytest.mark.parametrize(("share", "worse"), [(-0.2, False), (-0.3, True)])
+def test_a_prediction_is_worse_than_none_where_its_error_varies_by_half_more_than_what_was_measured(share, worse):
+    """An error of (1 - share) times the wave: its variance is 1.44 or 1.69 times; a bias of any size is forgiven."""
+    wave = np.sin(0.1 * np.arange(1000))
+    found = statistics([two_sided(wave, share * wave + 7.0)])
+    assert bool(found.worse_than_none) == worse
+
+
+def test_a_difference_is_of_the_first_less_the_second_over_the_second():
+    rng = np.random.default_rng(0)
+    noise = rng.standard_normal(1200)
+    found = difference([error_of(2.0 * noise, 0.1)], [error_of(noise, 0.1)])
+    assert found.mean == pytest.approx(np.full(6, 3.0), abs=0.1)
+    # 0.1 s a row and 2 s a block.
+    assert found.blocks == 60
+    assert not found.few
+    assert difference([error_of(noise[:200], 0.1)], [error_of(noise[:200], 0.1)]).few
+
+
+def test_the_worst_flight_is_that_whose_error_is_farthest_above_its_floor():
+    errors = [error_of(np.full(30, 1.0), 0.5), error_of(np.full(30, 0.8), 0.1), error_of(np.full(30, 2.0), 1.0)]
+    assert worst_flight(errors) == 1
+
+
+@pytest.mark.parametrize(("limit", "above"), [(1.9, True), (2.1, False)])
+def test_a_threshold_is_passed_by_the_worst_axis_of_its_kind(limit, above):
+    made = error_of(np.full(30, 2.0), 0.1)
+    made.measured[:, 0] = 1.0
+    made = replace(made, unit={"force": "N", "torque": "N m"})
+    said = passed(Compared("m", None, (made,), ()), {"force": limit})
+    assert [line.split()[0] for line in said] == (["fy"] if above else [])
+
+
+def test_an_error_is_at_its_floor_within_a_half_on_every_axis_that_can_be_said():
+    near, far = error_of(np.full(30, 1.4), 1.0), error_of(np.full(30, 1.4), 1.0)
+    far.measured[:, 4] = 1.6
+    assert at_floor(statistics([near]))
+    assert not at_floor(statistics([far]))
+    silent = replace(near, measured=np.full((30, 6), np.nan))
+    assert not at_floor(statistics([silent]))

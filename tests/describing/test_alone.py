@@ -6,6 +6,7 @@ import pytest
 import yaml
 
 from infotraj.describing.alone import alone
+from infotraj.describing.guesses import thrust_coefficient_of_propeller
 from infotraj.vehicle import load_vehicle, parse_vehicle
 
 VEHICLES = Path(__file__).parents[2] / "config" / "vehicles"
@@ -45,3 +46,30 @@ def test_how_it_hovers_is_said_in_both_units():
 )
 def test_what_no_vehicle_can_be_is_doubted(change, says):
     assert any(says in sentence for sentence in doubts(with_rotors(change)))
+
+
+@pytest.mark.parametrize(("factor", "doubted"), [(4.0, False), (6.0, True), (0.25, False), (0.16, True)])
+def test_a_propeller_pushes_within_a_factor_of_five_of_others_of_its_diameter(factor, doubted):
+    radius = CONTENT["rotors"][0]["radius"]
+    usual = thrust_coefficient_of_propeller(2 * radius).value
+    said = doubts(with_rotors(lambda i, r: {"thrust_coefficient": factor * usual}))
+    assert any("propellers of" in sentence for sentence in said) == doubted
+
+
+@pytest.mark.parametrize(("tip", "good"), [(9.0, False), (11.0, True), (240.0, True), (260.0, False)])
+def test_tips_move_between_10_and_250_m_per_s(tip, good):
+    """In hover a rotor carries a quarter of the weight at tip / radius."""
+    radius = CONTENT["rotors"][0]["radius"]
+    weight = CONTENT["mass"] * CONTENT["gravity"]
+    first = alone(parse_vehicle(with_rotors(lambda i, r: {"thrust_coefficient": weight / 4 / (tip / radius) ** 2})))[0]
+    assert f"tips at {tip:.3g} m/s" in first.sentence
+    assert first.good == good
+
+
+@pytest.mark.parametrize(("apart", "doubted"), [(0.01, True), (0.05, False)])
+def test_two_hubs_stand_in_one_place_within_a_fiftieth_of_an_arm(apart, doubted):
+    first = CONTENT["rotors"][0]["position"]
+    reach = sum(x**2 for x in first) ** 0.5
+    beside = [first[0] + apart * reach, *first[1:]]
+    said = doubts(with_rotors(lambda i, r: {"position": beside} if i == 1 else {}))
+    assert any("stand in one place" in sentence for sentence in said) == doubted

@@ -298,13 +298,15 @@ def test_coefficients_stand_in_the_band_of_their_frequency():
     class Turn:
         """Leaves what it is given."""
 
-        time = np.zeros(len(frequency))
+        time = np.zeros(8)
+
+        def __init__(self, frequency):
+            self.frequency = frequency
 
         def turned(self, x):
             return x
 
-    turn = Turn()
-    turn.frequency = frequency
+    turn = Turn(frequency)
     kept = SimpleNamespace(get=lambda *_: None)
 
     def made(rotor, tilt, tilts):

@@ -145,7 +145,7 @@ def test_momenta_cancel_where_both_rotors_of_each_pair_turn_alike():
 
 
 def test_the_ground_is_out_of_reach_from_twenty_radii():
-    radius = max(r.radius for r in QUAD.rotors)
+    radius = max(r.radius or 0.0 for r in QUAD.rotors)
     hidden = effect_class("ground_effect").hidden
     assert hidden(QUAD, table(pz=19.0 * radius)) is None
     assert "21 rotor radii" in hidden(QUAD, table(pz=np.linspace(21.0, 40.0, 500) * radius))

@@ -7,10 +7,11 @@ import pytest
 
 from infotraj.robots.plant.disturbances import Disturbances, gusts
 from infotraj.robots.plant.hidden import Disturbance, Pack, Sag, Turbulence, Wall
-from infotraj.robots.plant.hiding import exact, gusty, hide, pack
+from infotraj.robots.plant.hiding import clutter, exact, gusty, hide, pack
 from infotraj.robots.plant.lateness import Filter, LateCommands, LateSamples
-from infotraj.robots.plant.model import SERVO_INERTIA, servo_gains
+from infotraj.robots.plant.model import SERVO_INERTIA, Bodies, servo_gains
 from infotraj.robots.plant.sensors import Noise, turned
+from infotraj.robots.plant.static import StaticPlant
 from infotraj.robots.plant.supply import Drain
 from infotraj.robots.plant.truth import SecondOrder, Truth
 from infotraj.rotations import exp
@@ -190,3 +191,53 @@ def test_hiding_sets_what_it_names_on_the_rotor_that_it_names():
     windy = gusty(ideal, QUAD, {"speed": 3.0, "height": 5.0, "drag": 0.2}, np.random.default_rng(0)).hidden.disturbance
     assert windy.gusts.drag == pytest.approx(0.2 * QUAD.mass)
     assert windy.gusts.speed == 3.0
+
+
+def compiled(vehicle, effect, **values):
+    """The bodies of a plant with one thing hidden."""
+    return Bodies(vehicle, hide(vehicle, [(effect, values)]), 1e-3)
+
+
+@pytest.mark.parametrize("share", [0.05, 0.3])
+def test_a_mass_that_sloshes_swings_at_its_frequency_and_dies_by_its_damping_ratio(share):
+    made = compiled(OMAV, "slosh", mass=0.4, place=[0.0, 0.0, -0.05], frequency=1.2, damping_ratio=share).model
+    omega = 2.0 * np.pi * 1.2
+    for name in ("slosh_x", "slosh_y"):
+        joint = made.joint(name)
+        assert joint.stiffness[0] / 0.4 == pytest.approx(omega**2)
+        assert made.dof_damping[joint.dofadr[0]] / 0.4 == pytest.approx(2.0 * share * omega)
+
+
+def test_an_arm_that_bends_swings_about_its_root_at_its_frequency():
+    made = compiled(QUAD, "flexible_arm", rotor=2, tip_mass=0.05, frequency=7.0, damping_ratio=0.03).model
+    omega, moment = 2.0 * np.pi * 7.0, 0.05 * np.sum(np.square(QUAD.rotors[2].position[:2]))
+    joint = made.joint("flex")
+    assert joint.stiffness[0] / moment == pytest.approx(omega**2)
+    assert made.dof_damping[joint.dofadr[0]] / moment == pytest.approx(2.0 * 0.03 * omega)
+
+
+def test_a_load_hangs_below_and_is_carried():
+    truth = hide(QUAD, [("suspended_load", {"mass": 0.2, "length": 0.7})])
+    made = Bodies(QUAD, truth, 1e-3).model
+    assert made.body("load").ipos == pytest.approx([0.0, 0.0, -0.7])
+    command = StaticPlant(QUAD, truth).hold(np.array([0.0, 0.0, 1.0]))
+    assert command[2] == pytest.approx((QUAD.mass + 0.2) * QUAD.gravity)
+
+
+def test_clutter_turns_a_large_vehicle_by_its_arms():
+    """Torque of the turbulence: a share of the weight times the rotors' mean distance, and force of the weight."""
+    sizes = {
+        "rotors": 0.0,
+        "inertia": 0.02,
+        "center_of_mass": 0.003,
+        "force": 0.01,
+        "torque": 0.02,
+        "correlation_time": 0.5,
+    }
+    made = clutter(Truth.ideal(QUAD), QUAD, sizes, np.random.default_rng(0))
+    weight, reach = QUAD.mass * QUAD.gravity, np.mean([np.linalg.norm(r.position) for r in QUAD.rotors])
+    air = made.hidden.disturbance.turbulence
+    assert (air.force, air.torque) == pytest.approx((0.01 * weight, 0.02 * weight * reach))
+    assert np.linalg.norm(np.subtract(made.center_of_mass, Truth.ideal(QUAD).center_of_mass)) == pytest.approx(0.003)
+    off = np.diag(made.inertia.matrix()) / np.diag(QUAD.inertia_matrix()) - 1.0
+    assert np.abs(off) == pytest.approx([0.02] * 3)
