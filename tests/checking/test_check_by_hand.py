@@ -11,20 +11,24 @@ from infotraj.checking.actuation import RPM, carrying_findings, column_findings
 from infotraj.checking.airborne import Airborne, airborne_rows, no_flight
 from infotraj.checking.cleaning import derived_again
 from infotraj.checking.clocks import line, minimum, offset
-from infotraj.checking.columns import dead_columns
+from infotraj.checking.columns import dead_column_findings, dead_columns
 from infotraj.checking.coverage import coverage, excitation_findings
+from infotraj.checking.divergence import contradictions
+from infotraj.checking.frozen import _straight
 from infotraj.checking.held import held_findings, held_streams, rates, repeat_chance
+from infotraj.checking.identical import content_hash
 from infotraj.checking.inertial import force_unit_findings
 from infotraj.checking.kinematics import acceleration_of, acceleration_width, body_increment, channels, velocity_of
 from infotraj.checking.motionless import motionless_rows
 from infotraj.checking.outliers import impossible_commands, impossible_values, pose_jumps, saturation, spikes
 from infotraj.checking.resolution import quantised, step_size
+from infotraj.checking.response import collective
 from infotraj.checking.sizes import sizes
 from infotraj.checking.streams import Stream, runs, stream
 from infotraj.checking.timing import gaps, jitter, order, time_unit
 from infotraj.checking.voids import Void, emptied
 from infotraj.flight import Flight
-from infotraj.rotations import exp
+from infotraj.rotations import exp, multiply
 from infotraj.vehicle import load_vehicle
 
 QUAD = load_vehicle(Path(__file__).parents[2] / "config/vehicles/quadrotor.yaml")
@@ -103,7 +107,7 @@ def test_the_error_of_a_lag_is_that_of_the_parabola_over_its_blocks():
     curve = (shifts[:, None] - centre) ** 2
     assert minimum(shifts, curve) == (pytest.approx(0.0, abs=1e-12), pytest.approx(0.01 / 3.0))
     moved = minimum(shifts, (shifts[:, None] - centre - 0.012) ** 2)
-    assert moved[0] == pytest.approx(0.012)
+    assert moved == pytest.approx((0.012, 0.01 / 3.0))
     assert minimum(shifts, -curve) is None
     # At an end of what was tried the least is none.
     assert minimum(shifts, (shifts[:, None] - 0.05 * np.ones(10)) ** 2) is None
@@ -183,6 +187,8 @@ def test_rotor_commands_carry_the_weight_or_their_unit_is_another():
     # Against what it felt in the air, not on the ground.
     falling = {"ax": 0.0, "ay": 0.0, "az": np.where(T < 15.0, 30.0, 9.81)}
     assert codes(rotors(HOVER, **falling), T >= 15.0) == {}
+    mostly = {"ax": 0.0, "ay": 0.0, "az": np.where(T < 17.0, 30.0, 9.81)}
+    assert codes(rotors(HOVER * RPM, **mostly), T >= 17.0)["rotor_unit"].values["ratio"] == pytest.approx(RPM**2)
     heavy = {"ax": 0.0, "ay": 0.0, "az": 12.0}
     assert codes(rotors(2.0 * HOVER, **heavy))["rotor_unit"].values["ratio"] == pytest.approx(4.0 * QUAD.gravity / 12.0)
 
@@ -285,6 +291,8 @@ def test_steps_are_coarse_where_they_are_a_quarter_of_what_a_channel_shows():
     x = 0.5 * random(0)
     assert step_size(np.round(x / 0.1) * 0.1) == pytest.approx(0.1)
     assert step_size(x) is None
+    # What has many values is not written in steps that anybody would see.
+    assert step_size(np.round(x, 3)) is None
 
     def said(step):
         return [(f.severity, f.values["wx"]["of_spread"]) for f in quantised(
@@ -311,6 +319,8 @@ def test_a_second_without_any_motion_is_none_of_flight():
     assert not motionless_rows(flight(**rate, **pushed)).any()
     moved = {"px": np.where(T > 8.0, 0.1 * (T - 8.0), 0.0), "py": 0.0 * T, "pz": 0.0 * T}
     assert not motionless_rows(flight(**rate, **force, **moved))[T > 8.1].any()
+    drifts = {"vx": np.where(T > 8.0, 0.3 * np.sin(2 * (T - 8.0)), 0.0), "vy": 0.0 * T, "vz": 0.0 * T}
+    assert not motionless_rows(flight(**rate, **force, **drifts))[T > 9.0].any()
     # Motors that a controller moves fly, however calm the sensors are.
     motors = {f"rotor_{i}": 500.0 + 5.0 * np.sin(9 * T) for i in range(4)}
     assert not motionless_rows(flight(**rate, **force, **motors)).any()
@@ -337,6 +347,11 @@ def test_a_motor_that_reads_zero_while_most_others_run_has_stopped():
     found = dead_columns(flight(**{**speed, "rotor_2": np.where(stopped, 0.0, speed["rotor_2"])}), ALL, QUAD)
     assert [d.column for d in found] == ["rotor_2"]
     np.testing.assert_array_equal(found[0].rows, stopped)
+    assert dead_columns(flight(**{k: np.where(stopped, 0.0, v) for k, v in speed.items()}), ALL, QUAD) == []
+    # Of more than a hundredth of the flight it is a warning.
+    (said,) = dead_column_findings(flight(**speed), found)
+    assert (said.severity, said.spans) == ("warning", ((pytest.approx(12.01), pytest.approx(12.99)),))
+    assert dead_column_findings(flight(**speed), [replace(found[0], share=0.009)])[0].severity == "note"
 
 
 # Held samples
@@ -437,7 +452,7 @@ def test_velocities_accelerations_and_rates_follow_from_the_pose():
     np.testing.assert_allclose(acceleration_of(place, None, at, 0.1), [[1.0, -np.sin(x), 0.0] for x in at], atol=2e-3)
     speed = Stream(T, np.stack([T, np.cos(T), 0.0 * T], axis=1), 0.05)
     np.testing.assert_allclose(acceleration_of(None, speed, at, 0.1), [[1.0, -np.sin(x), 0.0] for x in at], atol=2e-3)
-    turned = Stream(T, exp(np.outer(T - 5.0, [0.3, -0.2, 0.5])), 0.05)
+    turned = Stream(T, multiply(exp(np.array([0.9, 0.0, 0.4])), exp(np.outer(T - 5.0, [0.3, -0.2, 0.5]))), 0.05)
     np.testing.assert_allclose(body_increment(turned, at, 0.1)[0], [[0.3, -0.2, 0.5]] * 2, atol=1e-4)
 
 
@@ -467,7 +482,7 @@ def test_half_a_second_beside_the_ground_is_not_looked_at_and_sizes_are_exceeded
 @pytest.mark.parametrize(
     ("az", "code"),
     [(9.8, None), (13.0, None), (1.0, "acceleration_unit"), (96.0, "acceleration_unit"),
-     (0.05, "acceleration_without_gravity"), (-9.8, "acceleration_axes")],
+     (0.05, "acceleration_without_gravity"), (3.0, "acceleration_without_gravity"), (-9.8, "acceleration_axes")],
 )  # fmt: skip
 def test_what_carries_a_vehicle_is_one_g_upwards(az, code):
     made = flight(ax=0.1 * random(0), ay=0.1 * random(1), az=az + 0.01 * random(2))
@@ -492,3 +507,62 @@ def test_what_was_derived_of_held_samples_is_derived_again_of_those_that_are_lef
     made = derived_again(after, before).get("vx")[:, 0]
     np.testing.assert_allclose(made[np.isfinite(made)], 3.0, atol=1e-6)
     assert np.isfinite(made[8:-8:4]).all()
+
+
+# Contradictions, copies, straight lines
+
+
+def contradicted(start, stop, turn):
+    """A vehicle that sways about x at its rate, but for some seconds in which the gyro says `turn` more."""
+    angle = 0.4 * np.sin(1.3 * T)
+    turned = exp(np.outer(angle, [1.0, 0.0, 0.0]))
+    rate = 0.4 * 1.3 * np.cos(1.3 * T) + np.where((start <= T) & (stop > T), turn, 0.0)
+    rates = {"wx": rate + 0.01 * random(0), "wy": 0.01 * random(1), "wz": 0.01 * random(2)}
+    made = flight(**rates, **{f"q{a}": turned[:, i] for i, a in enumerate("wxyz")})
+    return contradictions(channels(made, ALL, most=None), False, 9.81)
+
+
+def test_an_identity_is_broken_where_it_is_for_two_seconds_and_grossly():
+    (found,) = contradicted(12.0, 14.0, 3.0)
+    assert found.spans == ((pytest.approx(12.0), pytest.approx(14.0)),)
+    assert found.severity == "warning"
+    assert found.values["worst"] == pytest.approx(3.0, rel=0.05)
+    assert found.values["usual"] < 0.02
+    assert found.values["share"] == pytest.approx(2 / 19, rel=0.1)
+    assert contradicted(12.0, 18.0, 3.0)[0].severity == "cut"
+    assert contradicted(12.0, 13.0, 3.0) == contradicted(12.0, 14.0, 0.8) == []
+
+
+def test_the_same_flight_at_another_time_is_a_copy_and_another_place_is_none():
+    made = flight(px=np.sin(T), py=0.0, pz=1.0)
+    later, higher = made.table.assign(t=T + 100.0), made.table.assign(pz=2.0)
+    assert content_hash(Flight(later[later.columns[::-1]])) == content_hash(made)
+    assert content_hash(Flight(higher)) != content_hash(made)
+
+
+def test_rows_lie_on_a_straight_line_whatever_their_steps():
+    t = np.array([0.0, 0.1, 0.4, 0.5, 1.1, 1.2, 1.3])
+    on, level = _straight(t, np.outer(3.0 * t, [1.0, -2.0]))
+    assert on[1:-1].all()
+    assert not level.any()
+    bent = np.outer(3.0 * t, [1.0, -2.0])
+    bent[3, 1] += 0.01
+    assert _straight(t, bent)[0].tolist() == [False, True, False, False, False, True, False]
+    assert _straight(t, np.ones((7, 2)))[1][1:-1].all()
+
+
+def test_a_stream_that_is_held_in_a_third_of_the_log_is_so_now_and_then_and_gaps_are_no_steps():
+    new = np.where(T < 12.0, np.arange(len(T)) // 4 * 4, np.arange(len(T)))
+    x = random(0, 3)[new]
+    t = np.where(T < 15.0, T, T + 60.0)
+    (held,) = held_streams(flight(t, px=x[:, 0], py=x[:, 1], pz=x[:, 2]), ALL)
+    assert not held.always
+    assert held.rows[(T > 6.0) & (T < 11.0)].mean() == pytest.approx(0.75, abs=0.01)
+    assert not held.rows[T > 14.0].any()
+    assert held.row_hz == pytest.approx(100.0)
+
+
+def test_a_collective_command_is_the_force_or_the_sum_of_squared_speeds():
+    assert collective(rotors(3.0)).x[:, 0] == pytest.approx(np.full(len(T), 36.0))
+    assert collective(flight(cmd_fx=1.0, cmd_fy=1.0, cmd_fz=7.0)).x[0, 0] == 7.0
+    assert collective(rotors(3.0, cmd_tilt_0=0.1)) is None

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from linear_fits import BLOCKS, ROWS, VEHICLE, linear_fit
 
-from infotraj.diagnosis.linear.candidates import Candidate, places
+from infotraj.diagnosis.linear.candidates import Candidate, places, variants
 from infotraj.diagnosis.linear.healthy import Healthy
 from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.noise.spectra import Spectrum
@@ -18,6 +18,7 @@ from infotraj.diagnosis.select.learned import _as_files_are, _before, _usual, le
 from infotraj.diagnosis.select.prior import SLAB, Scales, file_only
 from infotraj.diagnosis.select.reading import sparse
 from infotraj.diagnosis.select.scaling import scaled
+from infotraj.diagnosis.select.swinging import _variant, shape_of
 from infotraj.effects import effect_class
 from infotraj.effects.rotor_torque import RotorTorque
 from infotraj.flight import COMMAND_STEPS, Flight
@@ -290,3 +291,34 @@ def test_places_of_rotors_and_of_what_was_followed_are_numbers_of_the_file_alone
     assert names(known, felt) == names(known, blind, felt) == ["rotor_torque"]
     assert names([*known, candidate("rotor_drag")], felt) == ["rotor_height", "rotor_torque"]
     assert names([candidate("linear_drag")], felt) == []
+
+
+def test_what_an_effect_that_is_chosen_takes_is_no_error_of_the_file():
+    """A drag whose column is half of each rotor's: rotors that are as the file has them would explain it."""
+    names = [*(f"rotor_effectiveness {i}" for i in range(4)), "linear_drag"]
+
+    def rows(rng, _):
+        x = np.zeros((ROWS, 6))
+        x[:, 1:] = rng.standard_normal((ROWS, 5))
+        x[:, 5] = 0.5 * x[:, 1:5].sum(axis=1) + 0.1 * x[:, 5]
+        x[:, 0] = 1.5 * x[:, 5] + rng.standard_normal(ROWS)
+        return x
+
+    now = linear_fit(names, rows, [])[1].linear
+    assert scaled(now, (), 1.0).kinds["rotors"] >= 3.0
+    assert scaled(now, (4,), 1.0).kinds.get("rotors", 1.0) <= 1.0
+
+
+def test_a_swinging_load_is_made_linear_at_the_length_that_was_found():
+    load = candidate("suspended_load")
+    own = variants(load, VEHICLE)[0]
+    shape = shape_of(load, VEHICLE)
+    at = places(load, VEHICLE)
+    assert at[shape].parameter == "length"
+    assert shape_of(candidate("linear_drag"), VEHICLE) is None
+    made = _variant(load, at, own, 0.77, VEHICLE, shape)
+    ((_, effect, size),) = made.points
+    assert effect.length == pytest.approx(0.77)
+    assert effect.mass == pytest.approx(size)
+    assert size > 0.0
+    assert made.start[shape] == 0.77

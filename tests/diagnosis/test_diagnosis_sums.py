@@ -15,7 +15,9 @@ from infotraj.diagnosis.noise.spectra import BANDS, EDGES, SLOW_BANDS, Spectrum,
 from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.prior import Scales, price
 from infotraj.effects import effect_class
+from infotraj.effects.rotor_height import RotorHeight
 from infotraj.effects.rotor_torque import RotorTorque
+from infotraj.effects.sensor_place import SensorPlace
 from infotraj.flight import Flight
 from infotraj.vehicle import load_vehicle
 
@@ -146,6 +148,8 @@ def test_a_number_that_stopped_short_of_a_bound_by_a_thousandth_is_at_it():
     # A factor may be 0.5 to 2: a factor of 1 is the absent value.
     assert beyond_bounds([member("thrust_scale", factor=0.5)], VEHICLE)
     assert beyond_bounds([member("thrust_scale", factor=0.51)], VEHICLE) == {}
+    # A thousandth of the way is one of ln 2.
+    assert beyond_bounds([member("thrust_scale", factor=0.5 * np.exp(0.0009 * np.log(2.0)))], VEHICLE)
 
 
 def test_what_a_name_costs_grows_with_the_number_of_its_places_and_is_infinite_for_what_is_none():
@@ -155,8 +159,8 @@ def test_what_a_name_costs_grows_with_the_number_of_its_places_and_is_infinite_f
     load = candidate("suspended_load")
     # The first swing of a load is four numbers of each flight.
     assert price(load, 1, 3) - price(load, 1, 1) == pytest.approx(2.0 * 2.0 * 4.0)
-    form = tuple(p for p in RotorTorque.parameters if not p.index)
-    assert price(Candidate(RotorTorque, form), 1, 1) == float("inf")
+    for cls in (RotorTorque, RotorHeight, SensorPlace):
+        assert price(Candidate(cls, tuple(p for p in cls.parameters if not p.index)), 1, 1) == float("inf")
 
 
 def test_a_kind_costs_by_how_many_deviations_its_scale_is_from_the_others():
