@@ -11,7 +11,7 @@ import pytest
 
 from infotraj.design import design as module
 from infotraj.design import questions
-from infotraj.design.design import Told, _can_fly, _last, _named, _now, _rotor_inputs, at_random, largest, room_of
+from infotraj.design.design import Told, _can_fly, _last, _named, _now, _rotor_inputs, largest, room_of
 from infotraj.design.expected import Limits, limits
 from infotraj.design.paths import DT, Room, calmer, path, placed, varied
 from infotraj.design.questions import _asked, _both
@@ -104,13 +104,6 @@ def test_the_largest_share_of_a_motion_is_the_first_that_rotors_can_fly(monkeypa
     assert largest(Model(QUAD), times(1.0), [flight()]) == pytest.approx(0.8**3)
     with pytest.raises(InputError, match="no motion"):
         largest(Model(QUAD), times(9.0), [flight()])
-
-
-def test_a_motion_at_random_is_one_that_rotors_can_fly():
-    room = Room(np.array([2.0, 2.0, 1.0]), np.array([0.0, 0.0, 2.0]), 8.0, 1.5, 0.4, False)
-    made = at_random(Model(QUAD), [flight(**{f"cmd_rotor_{i}": 700.0 for i in range(4)})], room)
-    assert len(made.t) == 801
-    assert (np.abs(made.position - room.center) <= room.size / 2).all()
 
 
 def test_what_is_asked_is_said_with_axis_and_unit():

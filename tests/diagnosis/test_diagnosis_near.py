@@ -9,10 +9,12 @@ from exact_simulation import fly
 
 from infotraj.diagnosis.diagnosis import held_members
 from infotraj.diagnosis.gates.observing import observe
+from infotraj.diagnosis.judge.giving import _left
 from infotraj.diagnosis.linear.candidates import Candidate, read, written
 from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.linear.sums import gathered
 from infotraj.diagnosis.select.around import linearised
+from infotraj.diagnosis.select.learned import around_fit, around_usual
 from infotraj.diagnosis.select.search import Search
 from infotraj.effects import catalogue
 from infotraj.flight import Flight
@@ -42,6 +44,13 @@ def known(now):
     return list(dict.fromkeys(c.candidate for c in now.columns))
 
 
+@pytest.fixture(scope="module")
+def best(first):
+    """The search, and what it found: the delay and the centre of mass."""
+    search = Search(first.observation, tuple(known(first)), ())
+    return search, search.best(first)
+
+
 def test_the_residual_is_that_of_the_place_and_the_columns_stay(first):
     delay = candidate("actuation_delay")
     point = [Member(delay, delay.cls(delay=0.01))]
@@ -63,9 +72,8 @@ def test_sums_are_those_of_the_new_residual(first):
         assert np.allclose(mine, theirs, rtol=1e-9, atol=1e-12 * np.abs(theirs).max()), name
 
 
-def test_a_set_without_an_effect_is_the_same_with_the_columns_of_the_whole(first):
-    search = Search(first.observation, tuple(known(first)), ())
-    whole = search.best(first)
+def test_a_set_without_an_effect_is_the_same_with_the_columns_of_the_whole(best):
+    search, whole = best
     assert set(whole.labels) == {"actuation_delay", "com_offset"}
     cheap = search.fitted(["com_offset"], whole)
     anew = search.fitted(["com_offset"], whole, rounds=8, go_on=True)
@@ -96,3 +104,34 @@ def test_an_effect_that_the_model_has_keeps_its_form():
     at = m.places(vehicle)
     assert [p.parameter for p in at] == ["momentum"]
     assert written(m.candidate, at, read(effect, at)).momentum == pytest.approx(0.02)
+
+
+def numbers(members):
+    return {m.candidate.name: m.effect for m in members}
+
+
+def test_what_is_left_of_flights_is_that_of_the_model_as_it_is(first, best):
+    """Without an effect the sums say the same of it; with those that were found it is the noise, and far less."""
+    whole = best[1]
+    before, after = _left(whole, None), _left(whole, whole.solution.each)
+    np.testing.assert_allclose(before, first.absent.plain_error(np.zeros((2, first.sums.width))), rtol=1e-6)
+    torque = [whole.linear.sums.axes.index(a) for a in ("tx", "ty")]
+    assert (after[torque] < 0.05 * before[torque]).all()
+    np.testing.assert_allclose(after, whole.linear.absent.plain_error(whole.solution.each), rtol=0.2)
+
+
+def test_numbers_that_are_refined_together_are_those_of_the_flights_and_nothing_is_held(first, best):
+    made = around_fit(best[1], known(first))
+    found = numbers(made.point)
+    assert found["actuation_delay"].delay == pytest.approx(0.012, abs=1e-3)
+    assert found["com_offset"].r == pytest.approx([0.004, -0.003, 0.0], abs=5e-4)
+    assert not any(m.held for m in made.point)
+
+
+def test_where_nothing_is_identified_the_mean_torque_of_the_flights_is_a_steady_one(first):
+    """A weight at (4, -3) mm beside the middle of the rotors turns the body by -r x F."""
+    made = around_usual(first, known(first))
+    weight = first.observation.vehicle.mass * first.observation.vehicle.gravity
+    assert set(numbers(made.point)) == {"steady_torque"}
+    torque = numbers(made.point)["steady_torque"].t
+    assert torque == pytest.approx([0.003 * weight, 0.004 * weight, 0.0], abs=0.2 * 0.004 * weight)
