@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from infotraj.comparing import compare, difference, equation_error, statistics
 from infotraj.comparing.command import compare_command
+from infotraj.comparing.equation_error import _by_slope
 from infotraj.comparing.floor import white_noise
 from infotraj.comparing.summary import as_text
 from infotraj.comparing.window import Window
@@ -64,6 +65,28 @@ def test_gains_are_those_of_white_noise():
         assert np.nanstd(filtered) == pytest.approx(np.nanmean(gain), rel=0.03)
 
 
+def test_weights_of_a_mean_vanish_one_step_outside_its_window():
+    """Of three samples the outer ones lie half way to where the parabola is zero: 3/4, 1, 3/4 of 2 1/2."""
+    window = Window.over(np.arange(5) * 0.01, 0.02)
+    assert window.half == 1
+    assert window.mean(np.eye(5))[2] == pytest.approx([0.0, 0.3, 0.4, 0.3, 0.0])
+    assert window.mean_gain()[2] == pytest.approx(np.sqrt(0.34))
+    assert window.slope_gain()[2] == pytest.approx(np.sqrt(0.5) / 0.01)
+
+
+def test_no_slope_reaches_over_a_step_without_a_prediction():
+    t = np.arange(300) * 0.01
+    mean = np.column_stack([np.cos(t), 5.0 + t, np.ones(300)])
+    x = np.concatenate([np.zeros((1, 3)), np.cumsum(0.01 * mean[:-1], axis=0)])
+    mean[150] = np.nan
+    side = _by_slope(t, x, mean, np.ones(300, dtype=bool), 0.1)
+    told = np.isfinite(side.measured).all(axis=1)
+    assert not told[146:156].any()
+    assert told[10:140].all()
+    assert told[165:290].all()
+    assert side.predicted[told] == pytest.approx(side.measured[told])
+
+
 def test_no_window_reaches_over_a_gap():
     t = np.concatenate([np.arange(50), 100 + np.arange(50)]) * 0.01
     whole = Window.over(t, 0.1).whole
@@ -105,6 +128,13 @@ def test_velocity_serves_where_there_is_no_accelerometer(noisy, quiet):
     # the attitude turns within a row, so this side is exact to the square of the step only
     still = equation_error(model, quiet, force_from="velocity")
     assert np.nanmax(np.abs(still.residual[:, :3])) < 1e-3
+    # Both tell the force that an accelerometer feels, gravity's counterpart in it.
+    felt = equation_error(model, quiet).measured[:, :3]
+    both = np.isfinite(felt + still.measured[:, :3]).all(axis=1)
+    assert both.sum() > 1000
+    assert (
+        np.sqrt(np.mean(np.square(still.measured[both, :3] - felt[both]), axis=0)).max() < 0.02 * felt[both, 2].mean()
+    )
 
 
 def test_a_missing_effect_shows_and_the_right_one_takes_it_away(dragged):

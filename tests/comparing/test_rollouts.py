@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from infotraj import rotations
 from infotraj.comparing.rollouts import mean_errors, parse_horizons, rollouts
 from infotraj.effects.registry import catalogue
 from infotraj.errors import UsageError
@@ -133,6 +134,21 @@ def test_an_effect_that_is_not_linear_is_evaluated_at_every_state(mujoco_flight)
     inputs = module.state_wrench.instants(model, prepared, grid.ravel())
     assert module.state_wrench.active_features(model, inputs) is None
     assert np.isfinite(rollouts(model, mujoco_flight, parse_horizons("3")).errors).any()
+
+
+def test_an_error_is_a_distance_and_an_angle(mujoco_flight):
+    """One row is put elsewhere by known amounts: a rollout that ends there is off by them."""
+    table, row = mujoco_flight.table.copy(), 22
+    at = table.index[row]
+    table.loc[at, ["px", "py"]] += [0.3, 0.4]
+    table.loc[at, ["vy", "vz"]] += [0.6, 0.8]
+    table.loc[at, "wz"] += 2.0
+    turn = np.array([np.cos(0.1), np.sin(0.1), 0.0, 0.0])  # by 0.2 rad about x
+    quaternion = ["qw", "qx", "qy", "qz"]
+    table.loc[at, quaternion] = rotations.multiply(table.loc[[at], quaternion].to_numpy(), turn[None])[0]
+    found = rollouts(Model(load_vehicle(QUADROTOR)), Flight(table), parse_horizons("1"))
+    before = np.argmin(np.abs(found.t - table["t"][at] + ROW))
+    assert found.errors[before, 0] == pytest.approx([0.5, 1.0, 0.2, 2.0], abs=2e-3)
 
 
 def test_horizons_in_steps_and_seconds_meet_the_same_row(mujoco_flight):
