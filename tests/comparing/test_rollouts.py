@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from infotraj import rotations
-from infotraj.comparing.rollouts import mean_errors, parse_horizons, rollouts
+from infotraj.comparing.rollouts import Rollouts, mean_errors, parse_horizons, rollouts
 from infotraj.effects.registry import catalogue
 from infotraj.errors import UsageError
 from infotraj.flight import Flight
@@ -114,6 +114,35 @@ def test_linear_form_and_evaluation_state_by_state_agree(mujoco_flight, monkeypa
     assert np.abs(plain.errors - slow.errors)[there].max() > 1e-5
 
 
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("gyroscopic", {"rotor_inertia": 3e-4}),
+        ("translational_lift", {"k": 0.02}),
+        ("suspended_load", {"mass": 0.1, "length": 0.3}),
+    ],
+)
+def test_a_rollout_is_pushed_by_what_the_model_predicts(mujoco_flight, name, values):
+    """At recorded states the wrench, and so what an effect adds to it, is the prediction's own."""
+    vehicle = load_vehicle(QUADROTOR)
+    added = []
+    for model in (Model(vehicle), Model(vehicle, [catalogue()[name](**values)])):
+        prepared = module.Prepared(vehicle, mujoco_flight)
+        state = module._states(model, prepared)[2:-2]
+        attitude = rotations.matrix(state[:, 6:10])
+        velocity = np.einsum("nji,nj->ni", attitude, state[:, 3:6])
+        inputs = module.state_wrench.instants(model, prepared, prepared.recorded.t[2:-2])
+        wrench = module.state_wrench.wrench(model, inputs, state[:, 2], velocity, attitude, state[:, 10:])
+        force = vehicle.mass * model.predict(prepared).specific_force[2:-2]
+        assert wrench[:, :3] == pytest.approx(force, rel=1e-3, abs=1e-3)
+        inertia = np.diag([vehicle.inertia.xx, vehicle.inertia.yy, vehicle.inertia.zz])
+        turning = np.linalg.solve(inertia, (wrench[:, 3:] - np.cross(state[:, 10:], state[:, 10:] @ inertia)).T).T
+        predicted = model.predict(prepared).angular_acceleration[2:-2]
+        assert turning == pytest.approx(predicted, rel=1e-3, abs=1e-2)
+        added.append(np.abs(wrench).sum())
+    assert added[0] != pytest.approx(added[1], rel=1e-4)
+
+
 def test_wind_acts_in_rollouts(mujoco_flight):
     """On an even linear drag it is a steady force, by the linear form and state by state alike."""
     vehicle, d, v = load_vehicle(QUADROTOR), 0.2, np.array([3.0, -2.0, 0.5])
@@ -149,6 +178,14 @@ def test_an_error_is_a_distance_and_an_angle(mujoco_flight):
     found = rollouts(Model(load_vehicle(QUADROTOR)), Flight(table), parse_horizons("1"))
     before = np.argmin(np.abs(found.t - table["t"][at] + ROW))
     assert found.errors[before, 0] == pytest.approx([0.5, 1.0, 0.2, 2.0], abs=2e-3)
+
+
+def test_the_mean_is_over_all_starts_of_all_flights_that_reach_the_horizon():
+    horizons = parse_horizons("1,2")
+    one, other = (np.full((n, 2, 4), np.nan) for n in (1, 3))
+    one[0, 0, 0], other[:, 0, 0] = 9.0, [1.0, np.nan, 2.0]
+    found = mean_errors([Rollouts(np.arange(len(e)) * 0.1, e, horizons) for e in (one, other)])
+    assert found["position"] == {"1": 4.0, "2": None}
 
 
 def test_horizons_in_steps_and_seconds_meet_the_same_row(mujoco_flight):

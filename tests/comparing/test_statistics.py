@@ -1,14 +1,15 @@
 """Errors of several flights together, by numbers that can be worked out by hand."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from infotraj.comparing.comparison import Compared
-from infotraj.comparing.equation_error import EquationError
+from infotraj.comparing.equation_error import AXES, EquationError
 from infotraj.comparing.statistics import difference, statistics, worst_flight
-from infotraj.comparing.summary import at_floor, remarks
+from infotraj.comparing.summary import _against, at_floor, remarks
 from infotraj.comparing.thresholds import passed
 
 
@@ -99,3 +100,16 @@ def test_an_error_is_at_its_floor_within_a_half_on_every_axis_that_can_be_said()
     assert not at_floor(statistics([far]))
     silent = replace(near, measured=np.full((30, 6), np.nan))
     assert not at_floor(statistics([silent]))
+
+
+@pytest.mark.parametrize(("errors", "sure"), [(1.9, False), (2.1, True)])
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_a_change_beyond_two_of_its_standard_errors_has_a_star(errors, sure, sign):
+    apart = SimpleNamespace(
+        mean=np.array([sign * errors * 0.1, *5 * [np.nan]]), standard_error=np.full(6, 0.1), blocks=5, few=True
+    )
+    models = [SimpleNamespace(name="one"), SimpleNamespace(name="other")]
+    said = _against(SimpleNamespace(models=models, differences=lambda: [apart])).splitlines()[1]
+    assert f"{AXES[0]} {sign * errors * 10:+.1f} +- 10.0" in said
+    assert ("*" in said) is sure
+    assert "5 blocks" in said
