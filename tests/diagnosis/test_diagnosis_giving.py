@@ -5,12 +5,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from given_sums import given_sums
 
 from infotraj.diagnosis.judge import giving
 from infotraj.diagnosis.judge.giving import _pruned
 from infotraj.diagnosis.linear.candidates import Candidate, places
 from infotraj.diagnosis.linear.observation import Member
-from infotraj.diagnosis.linear.sums import Sums
 from infotraj.diagnosis.select.around import Column, Linear
 from infotraj.diagnosis.select.prior import Scales
 from infotraj.diagnosis.select.score import Choice
@@ -45,10 +45,7 @@ def drag_on(sizes):
             x[:, 1 + a] = rng.standard_normal(200)
             x[:, 0] = sizes[a][k] * x[:, 1 + a] + 0.1 * rng.standard_normal(200)
             gram[a, k] = x.T @ x
-    flights = np.arange(FLIGHTS)
-    sums = Sums(
-        gram, gram, gram, np.full((3, FLIGHTS), 200.0), np.ones((3, FLIGHTS)), ("fx", "fy", "fz"), flights, flights
-    )
+    sums = given_sums(gram, np.full((3, FLIGHTS), 200.0), ("fx", "fy", "fz"))
     at = places(candidate, VEHICLE)
     columns = tuple(Column(candidate, i, p.scale, 0.0, -np.inf, np.inf) for i, p in enumerate(at))
     linear = Linear(

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from given_sums import given_sums
 
-from infotraj.diagnosis.linear.sums import Sums
 from infotraj.diagnosis.select.prior import SLAB
 from infotraj.diagnosis.select.score import Choice, Scorer, diluted
 
@@ -15,8 +15,7 @@ def sums_of(r, s, folds=4):
     x = np.column_stack([r, s])
     parts = np.array_split(x, folds)
     gram = np.array([[p.T @ p for p in parts]])
-    one = np.arange(folds)
-    return Sums(gram, gram, gram, np.array([[len(p) for p in parts]]), np.ones((1, folds)), ("fx",), one, one)
+    return given_sums(gram, np.array([[len(p) for p in parts]]), ("fx",))
 
 
 def scorer(r, s, names, spike=None, low=-np.inf, high=np.inf, price=3.0):

@@ -6,10 +6,10 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from given_sums import given_sums
 
 from infotraj.diagnosis.linear.candidates import Candidate, places
 from infotraj.diagnosis.linear.observation import Member
-from infotraj.diagnosis.linear.sums import Sums
 from infotraj.diagnosis.select.around import Column, Linear
 from infotraj.diagnosis.select.prior import Scales
 from infotraj.diagnosis.select.score import Choice
@@ -41,10 +41,7 @@ def linear_fit(
         candidates.append(Candidate(catalogue()[name], form, tuple(("rotor", int(r)) for r in rotor)))
     gram = np.zeros((len(axes), BLOCKS, 1 + len(names), 1 + len(names)))
     for k in range(BLOCKS):
-        for a, x in enumerate(np.reshape(rows(rng, k), (len(axes), ROWS, -1))):
-            gram[a, k] = x.T @ x
-    number, many = np.arange(BLOCKS), np.full((len(axes), BLOCKS), float(ROWS))
-    sums = Sums(gram, gram, gram, many, np.ones((len(axes), BLOCKS)), axes, number, number)
+    sums = given_sums(gram, np.full((len(axes), BLOCKS), float(ROWS)), axes)
     columns = tuple(Column(c, 0, places(c, VEHICLE)[0].scale, 0.0, -np.inf, np.inf) for c in candidates)
     observation: Any = SimpleNamespace(  # as much of an Observation as a search reads; no flight is weighed
         vehicle=VEHICLE,

@@ -101,7 +101,7 @@ def labels_of_file(made: Fit) -> list[str]:
 
     Commands that act later do so in every log of the vehicle.
     """
-    acts = np.diag(made.linear.sums.gram.sum(axis=(0, 1)))[1:] > 0.0
+    acts = np.diag(made.linear.sums.total)[1:] > 0.0
     named = dict.fromkeys(c.label for c in made.linear.choices if acts[list(c.columns)].any())
     of = {c.candidate.label: c.candidate.cls for c in made.linear.columns}
     kinds = {x: of[x].declared for x in named if of[x].place != "measurement"}

@@ -188,7 +188,7 @@ class Judge:
     def _shows_nothing(self, choice: int, candidate: Candidate) -> str:
         """Why an effect of usual size would not be seen on these flights; empty where it would."""
         columns = [1 + c for c in self.whole.linear.choices[choice].columns]
-        gram = self.whole.linear.sums.gram.sum(axis=(0, 1))
+        gram = self.whole.linear.sums.total
         told = max(gram[c, c] for c in columns)
         inside = {x.candidate.name for x in self.whole.members}
         if candidate.cls.beside and not inside & set(candidate.cls.beside):

@@ -6,9 +6,11 @@ solve. Beside the weighted sums stand plain ones, of slow coefficients as they a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,38 +23,95 @@ BLOCK = 2.0  # s
 _MOST_BLOCKS = 96
 
 
+class Products(Protocol):
+    """Products of the residual and all columns, the residual first, and how many coefficients they are of."""
+
+    @property
+    def folds(self) -> Array:
+        """Weighted, over all axes, (folds, 1 + p, 1 + p)."""
+
+    @property
+    def gram(self) -> Array:
+        """Weighted, (axes, blocks, 1 + p, 1 + p)."""
+
+    @property
+    def plain(self) -> Array:
+        """Of slow coefficients, without weights, (axes, folds, 1 + p, 1 + p)."""
+
+    @property
+    def believed(self) -> Array:
+        """The same, each times the coherence of its band."""
+
+    @property
+    def slow(self) -> Array:
+        """How many slow coefficients there are, (axes, folds)."""
+
+    @property
+    def windows(self) -> Array:
+        """Time of each block on each axis, (axes, blocks), in units of WINDOW."""
+
+
 @dataclass(frozen=True)
 class Sums:
-    """gram (axes, blocks, 1 + p, 1 + p) of weighted coefficients, the residual first; windows (axes, blocks).
+    """Products of `made` (see there) after the residual r has become r - S theta; theta (p,).
 
-    plain (axes, folds, 1 + p, 1 + p): the same, slow coefficients and no weights; believed: each times the coherence of
-    its band and no more; slow (axes, folds): how many these are. fold, flight (blocks,): the group that is held out
-    together, and the flight. windows: time in units of WINDOW.
+    axes: names; fold, flight (blocks,): the group that is held out together, and the flight.
     """
 
-    gram: Array
-    plain: Array
-    believed: Array
-    slow: Array
-    windows: Array
+    made: Products
     axes: tuple[str, ...]
     fold: NDArray
     flight: NDArray
+    theta: Array
 
     @property
     def width(self) -> int:
         """The number of columns beside the residual."""
-        return self.gram.shape[-1] - 1
+        return len(self.theta)
 
+    @property
+    def slow(self) -> Array:
+        """How many slow coefficients there are, (axes, folds)."""
+        return self.made.slow
+
+    @property
+    def windows(self) -> Array:
+        """Time of each block on each axis, (axes, blocks), in units of WINDOW."""
+        return self.made.windows
+
+    @cached_property
     def by_fold(self) -> Array:
         """Products over all axes, (folds, 1 + p, 1 + p)."""
-        total = self.gram.sum(axis=0)
-        return np.array([total[self.fold == f].sum(axis=0) for f in np.unique(self.fold)])
+        return self._shifted(self.made.folds)
+
+    @cached_property
+    def total(self) -> Array:
+        """Products over all axes and folds, (1 + p, 1 + p)."""
+        return np.asarray(self.by_fold.sum(axis=0))
+
+    @cached_property
+    def gram(self) -> Array:
+        """Weighted products, (axes, blocks, 1 + p, 1 + p)."""
+        return self._shifted(self.made.gram)
+
+    @cached_property
+    def plain(self) -> Array:
+        """Products of slow coefficients as they are, (axes, folds, 1 + p, 1 + p)."""
+        return self._shifted(self.made.plain)
+
+    @cached_property
+    def believed(self) -> Array:
+        """The same, each times the coherence of its band."""
+        return self._shifted(self.made.believed)
 
     def shifted(self, theta: Array) -> Sums:
         """The same sums after the residual has become r - S theta."""
-        gram, plain, believed = (_shifted(x, theta) for x in (self.gram, self.plain, self.believed))
-        return replace(self, gram=gram, plain=plain, believed=believed)
+        return replace(self, theta=self.theta + theta)
+
+    def whole_error(self, theta: Array) -> float:
+        """Weighted squared error over all axes and blocks after r - S theta; theta (p,)."""
+        along = np.concatenate([[1.0], -theta])
+        return float(along @ self.total @ along)
 
     def error(self, theta: Array) -> Array:
         """Weighted squared error (axes, blocks) after r - S theta; theta (p,), or (blocks, p): each block its own."""
@@ -68,6 +127,9 @@ class Sums:
 
     def _mean_square(self, products: Array, theta: Array) -> Array:
         return _squares(products, theta).sum(axis=1) / np.maximum(self.slow.sum(axis=1), 1)
+
+    def _shifted(self, products: Array) -> Array:
+        return _shifted(products, self.theta) if self.theta.any() else products
 
 
 def _shifted(products: Array, theta: Array) -> Array:
@@ -128,53 +190,127 @@ def blocks(found: Sequence[Spectrum]) -> Blocks:
     return Blocks(tuple(edges), tuple(first), flight, fold)
 
 
-def gathered(found: Sequence[Spectrum], weights: Weights, cut: Blocks) -> Sums:
-    """The sums of all spectra under these weights."""
-    axes, width = weights.axes, found[0].values.shape[1]
-    folds = np.unique(cut.fold)
-    gram = np.zeros((len(axes), len(cut.flight), width, width))
-    plain, believed = (np.zeros((len(axes), len(folds), width, width)) for _ in range(2))
-    slow, windows = np.zeros((len(axes), len(folds))), np.zeros((len(axes), len(cut.flight)))
-    silent = {a for a, c in zip(axes, weights.coherence, strict=True) if not c.any()}
-    for number, s in enumerate(found):
-        a, block = axes.index(s.axis), cut.of(s)
-        moves = np.flatnonzero(np.any(s.values != 0.0, axis=0))
-        at = np.ix_(moves, moves)
-        x = s.weighted(weights.of(number, s))[:, moves]
-        seconds = np.diff(np.unique(s.time)).min(initial=np.inf)
-        for b in np.unique(block):
-            rows = block == b
-            gram[a, b][at] += x[rows].T @ x[rows]
-            lasted = len(np.unique(s.time[rows])) * (seconds if np.isfinite(seconds) else 1.0)
-            windows[a, b] += lasted / WINDOW
-        for f, fold in enumerate(folds):
-            below = (cut.fold[block] == fold) & (s.band < weights.slow(s.axis))
-            part = s.values[np.ix_(below, moves)]
-            plain[a, f][at] += part.T @ part
-            slow[a, f] += below.sum()
-            if s.axis not in silent:
-                trusted = part * np.sqrt(weights.coherence[a, s.band[below]])[:, None]
-                believed[a, f][at] += trusted.T @ trusted
-    return Sums(gram, plain, believed, slow, windows, axes, cut.fold, cut.flight)
+class _OfSpectra:
+    """Products of spectra under weights, those by block and axis made when they are first asked for: no search does.
+
+    like: earlier ones under the same weights, whose columns `old` stand at the places `same` here, (q,) each, the
+    residual counted as the first: their products are not made again.
+    """
+
+    def __init__(
+        self,
+        found: Sequence[Spectrum],
+        weights: Weights,
+        cut: Blocks,
+        like: _OfSpectra | None = None,
+        same: Sequence[int] = (),
+        old: Sequence[int] = (),
+    ) -> None:
+        self._found, self._weights, self._cut = found, weights, cut
+        self._width = found[0].values.shape[1]
+        self._folds = np.unique(cut.fold)
+        self.folds = self._by_fold(like, np.array(same, dtype=int), np.array(old, dtype=int))
+
+    def _by_fold(self, like: _OfSpectra | None, same: NDArray, old: NDArray) -> Array:
+        out = np.zeros((len(self._folds), self._width, self._width))
+        if like is not None:
+            out[:, same[:, None], same] = like.folds[:, old[:, None], old]
+        fresh = np.setdiff1d(np.arange(self._width), same)
+        for number, s, moves in self._moving():
+            new = np.isin(moves, fresh)
+            if not new.any():
+                continue
+            x = s.values[:, moves] if len(moves) < self._width else s.values
+            weight = self._weights.of(number, s)
+            fold = np.searchsorted(self._folds, self._cut.fold[self._cut.of(s)])
+            for f in np.unique(fold):
+                own = x if len(np.unique(fold)) == 1 else x[fold == f]
+                w = weight if len(own) == len(weight) else weight[fold == f]
+                out[f][np.ix_(moves[new], moves)] += (own[:, new] * w[:, None]).T @ own
+        out[:, same[:, None], fresh] = np.swapaxes(out[:, fresh[:, None], same], 1, 2)
+        return out
+
+    @cached_property
+    def gram(self) -> Array:
+        axes, cut = self._weights.axes, self._cut
+        out = np.zeros((len(axes), len(cut.flight), self._width, self._width))
+        for number, s, moves in self._moving():
+            x = s.values[:, moves] * np.sqrt(self._weights.of(number, s))[:, None]
+            a, block, at = axes.index(s.axis), cut.of(s), np.ix_(moves, moves)
+            for first, stop in _stretches(block):
+                out[a, block[first]][at] += x[first:stop].T @ x[first:stop]
+        return out
+
+    @cached_property
+    def plain(self) -> Array:
+        return self._slow(lambda a, s: np.ones(len(s.band)))
+
+    @cached_property
+    def believed(self) -> Array:
+        return self._slow(lambda a, s: self._weights.coherence[a, s.band])
+
+    def _slow(self, share: Callable[[int, Spectrum], Array]) -> Array:
+        """Products (axes, folds, 1 + p, 1 + p) of slow coefficients, each times its share, (n,)."""
+        axes = self._weights.axes
+        out = np.zeros((len(axes), len(self._folds), self._width, self._width))
+        for _, s, moves in self._moving():
+            a, fold = axes.index(s.axis), np.searchsorted(self._folds, self._cut.fold[self._cut.of(s)])
+            weight = share(a, s)
+            if not weight.any():
+                continue
+            for f in np.unique(fold):
+                below = (fold == f) & (s.band < self._weights.slow(s.axis))
+                part = s.values[np.ix_(below, moves)] * np.sqrt(weight[below])[:, None]
+                out[a, f][np.ix_(moves, moves)] += part.T @ part
+        return out
+
+    @cached_property
+    def slow(self) -> Array:
+        axes = self._weights.axes
+        out = np.zeros((len(axes), len(self._folds)))
+        for s in self._found:
+            fold = np.searchsorted(self._folds, self._cut.fold[self._cut.of(s)])
+            below = fold[s.band < self._weights.slow(s.axis)]
+            out[axes.index(s.axis)] += np.bincount(below, minlength=len(self._folds))
+        return out
+
+    @cached_property
+    def windows(self) -> Array:
+        axes, cut = self._weights.axes, self._cut
+        out = np.zeros((len(axes), len(cut.flight)))
+        for s in self._found:
+            block = cut.of(s)
+            seconds = np.diff(np.unique(s.time)).min(initial=np.inf)
+            for first, stop in _stretches(block):
+                lasted = len(np.unique(s.time[first:stop])) * (seconds if np.isfinite(seconds) else 1.0)
+                out[axes.index(s.axis), block[first]] += lasted / WINDOW
+        return out
+
+    def _moving(self) -> Iterator[tuple[int, Spectrum, NDArray]]:
+        """Each spectrum that has coefficients, its number, and the columns that are not zero on its axis."""
+        for number, s in enumerate(self._found):
+            if len(s.band):
+                yield number, s, np.flatnonzero(s.values.any(axis=0))
 
 
-def with_residual(sums: Sums, found: Sequence[Spectrum], weights: Weights, cut: Blocks) -> Sums:
-    """The same sums where the residual alone is another one, under the same weights: one pass over the columns."""
-    products = [x.copy() for x in (sums.gram, sums.plain, sums.believed)]
-    for x in products:
-        x[..., 0, :] = 0.0
-    folds = np.unique(cut.fold)
-    for number, s in enumerate(found):
-        a, block, residual = sums.axes.index(s.axis), cut.of(s), s.values[:, 0]
-        below = residual * (s.band < weights.slow(s.axis))
-        each = (weights.of(number, s) * residual, below, below * weights.coherence[a, s.band])
-        edges = [0, *(1 + np.flatnonzero(np.diff(block))), len(block)] if len(block) else []
-        for first, stop in pairwise(edges):
-            b = block[first]
-            f = int(np.searchsorted(folds, cut.fold[b]))
-            along = s.values[first:stop].T @ np.stack([x[first:stop] for x in each], axis=1)
-            for x, place, row in zip(products, (b, f, f), along.T, strict=True):
-                x[a, place, 0] += row
-    for x in products:
-        x[..., :, 0] = x[..., 0, :]
-    return replace(sums, gram=products[0], plain=products[1], believed=products[2])
+def gathered(
+    found: Sequence[Spectrum],
+    weights: Weights,
+    cut: Blocks,
+    like: Sums | None = None,
+    same: Sequence[int] = (),
+    old: Sequence[int] = (),
+) -> Sums:
+    """The sums of all spectra under these weights.
+
+    like: sums under the same weights, whose columns `old` are the columns `same` here, both counted from the residual.
+    """
+    before = like.made if like is not None and isinstance(like.made, _OfSpectra) else None
+    made = _OfSpectra(found, weights, cut, before, *((same, old) if before is not None else ()))
+    return Sums(made, weights.axes, cut.fold, cut.flight, np.zeros(found[0].values.shape[1] - 1))
+
+
+def _stretches(block: NDArray) -> Iterator[tuple[int, int]]:
+    """First row of each block and the one after its last: a spectrum's rows lie in the order of time."""
+    edges = [0, *(1 + np.flatnonzero(np.diff(block))), len(block)] if len(block) else []
+    return pairwise(edges)

@@ -12,7 +12,7 @@ from infotraj.diagnosis.linear.candidates import Candidate, Variant, places, rea
 from infotraj.diagnosis.linear.candidates import variants as own_variants
 from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.linear.sensitivities import sensitivities
-from infotraj.diagnosis.linear.sums import Sums, gathered, with_residual
+from infotraj.diagnosis.linear.sums import Sums, gathered
 from infotraj.diagnosis.noise.spectra import Spectrum, Weights, binned, spectra, weights
 from infotraj.diagnosis.select.prior import SCALES, SLAB, Scales, is_file_number, price, spikes
 from infotraj.diagnosis.select.score import Choice, Scorer
@@ -188,7 +188,8 @@ class Linear:
             values = s.values.copy()
             values[:, 0] = new.values[:, 0]
             parts.append(replace(s, values=values))
-        sums = with_residual(self.sums, parts, self.weights, o.blocks)
+        same = range(1, 1 + self.sums.width)
+        sums = gathered(parts, self.weights, o.blocks, self.sums, same, same)
         return replace(
             self,
             point=tuple(point),
@@ -231,7 +232,7 @@ class Linear:
         vehicle = self.observation.vehicle
         labels = {self.choices[i].label for i in chosen}
         held = {m.candidate.label: m for m in self.point if m.held}
-        gram = np.diag(self.sums.gram.sum(axis=(0, 1)))[1:]
+        gram = np.diag(self.sums.total)[1:]
         by_label: dict[str, dict[int, float]] = {}
         variant = {self.choices[i].label: self.variants[i] for i in chosen}
         moved: dict[str, float] = {}
@@ -375,9 +376,11 @@ def linearised(
             balanced(s, [1 + i for i, c in enumerate(columns) if not in_balance(c.candidate)])
     if like is not None and frozen:
         weighed = like.weights
+        there = range(1 + first, 1 + len(columns))
+        sums = gathered(parts, weighed, observation.blocks, like.sums, there, [1 + i for i in old])
     else:
         weighed = weights(parts, observation.ignored, None if like is None else like.weights, observation.balance)
-    sums = gathered(parts, weighed, observation.blocks)
+        sums = gathered(parts, weighed, observation.blocks)
     origin = {m.candidate.label: m.effect for m in point}
     if like is not None:
         origin |= {label: like.origin[label] for label in near}

@@ -18,7 +18,7 @@ def scaled(now: Linear, chosen: tuple[int, ...], common: float) -> Scales:
     if now.observation.healthy is not None:
         return Scales(common)
     taken = sorted({*now.kept, *(c for i in chosen for c in now.choices[i].columns)})
-    whole = now.absent.by_fold().sum(axis=0)
+    whole = now.absent.total
     right, gram = whole[0, 1:], whole[1:, 1:]
     labels = {now.choices[i].label for i in chosen}
     file = [int(i) for i in np.flatnonzero(now.spike(Scales(1.0)) > 0)]

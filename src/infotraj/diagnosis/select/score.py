@@ -77,7 +77,7 @@ class Scorer:
         self.spike = np.sqrt(np.diag(prior))
         self.correlated = np.count_nonzero(prior) > np.count_nonzero(self.spike)
         self.low, self.high = low, high
-        folds = sums.by_fold()
+        folds = sums.by_fold
         if scatter is not None and len(folds) > 1 and np.array_equal(sums.fold, sums.flight):
             folds = np.array([diluted(f, scatter) for f in folds])
         every = folds.sum(axis=0)

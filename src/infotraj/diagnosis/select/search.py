@@ -114,7 +114,7 @@ class Fit:
 
     def may_fall(self, share: float) -> bool:
         """Whether the error would still fall by more than a share of what the solution leaves."""
-        return _gain_left(self.linear, self.solution) > share * self.linear.absent.error(self.solution.theta).sum()
+        return _gain_left(self.linear, self.solution) > share * self.linear.absent.whole_error(self.solution.theta)
 
     def error(self, theta: Array) -> Array:
         """Weighted squared error (axes, blocks) with numbers theta (p,), or (folds, p): each fold under its own."""
@@ -335,9 +335,9 @@ class Search:
             left = abs(_gain_left(moved, after.solution))
             if k == 0:
                 here, there, came = (
-                    now.sums.error(np.zeros(now.sums.width)).sum(),
-                    now.absent.error(made.solution.theta).sum(),
-                    moved.sums.error(np.zeros(moved.sums.width)).sum(),
+                    now.sums.whole_error(np.zeros(now.sums.width)),
+                    now.absent.whole_error(made.solution.theta),
+                    moved.sums.whole_error(np.zeros(moved.sums.width)),
                 )
                 if came > max(here, _EXPECTED * there):
                     break
@@ -372,8 +372,8 @@ class Search:
         """The model around the numbers of a solution; where the error does not fall, the best part of the way there, or
         of a way that is damped where little is told."""
         now, chosen, theta = made.linear, made.chosen, made.solution.theta
-        here = now.sums.error(np.zeros(now.sums.width)).sum()
-        there = now.absent.error(theta).sum()
+        here = now.sums.whole_error(np.zeros(now.sums.width))
+        there = now.absent.whole_error(theta)
         # A file that is taken as it is may leave more than before: as much as the linear model says is expected.
         allowed = max(here, there + _SETTLED if made.exact else _EXPECTED * there)
         left: list[tuple[float, tuple[Member, ...]]] = []
@@ -438,6 +438,6 @@ def searched(
 
 def _gain_left(now: Linear, solution: Solution) -> float:
     """By how much the weighted squared error would still fall from where the model is to the solution's numbers."""
-    here = now.sums.error(np.zeros(now.sums.width)).sum()
-    there = now.absent.error(solution.theta).sum()
+    here = now.sums.whole_error(np.zeros(now.sums.width))
+    there = now.absent.whole_error(solution.theta)
     return float(here - there)
