@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -50,7 +51,8 @@ def with_sums(made, **changed):
 
 def windows(made, each):
     """The same fit where every block lasted so many windows."""
-    return with_sums(made, windows=np.full((1, BLOCKS), each))
+    products: Any = SimpleNamespace(**{**vars(made.linear.sums.made), "windows": np.full((1, BLOCKS), each)})
+    return with_sums(made, made=products)
 
 
 def test_the_error_falls_by_the_share_that_the_effect_has_in_it():

@@ -6,11 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from given_sums import given_sums
 
 from infotraj.diagnosis.linear.candidates import Candidate, Place, candidates, places, variants
 from infotraj.diagnosis.linear.healthy import Healthy
 from infotraj.diagnosis.linear.observation import Member, Observation, inward, packed, unpacked
-from infotraj.diagnosis.linear.sums import WINDOW, Blocks, Sums, blocks, gathered, with_residual
+from infotraj.diagnosis.linear.sums import WINDOW, Blocks, blocks, gathered
 from infotraj.diagnosis.noise.spectra import BANDS, EDGES, SLOW_BANDS, Spectrum, Weights, spectra, weights
 from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.prior import Scales, price
@@ -219,14 +220,27 @@ def test_sums_are_those_of_the_coefficients_written_out():
     assert sums.flight.tolist() == sums.fold.tolist() == np.repeat([0, 1, 2], 10).tolist()
 
 
-def test_another_residual_under_the_same_weights_has_the_sums_of_its_own():
+def test_products_by_fold_are_those_of_all_axes_together():
     found, w = made_of()
-    cut = blocks(found)
-    other = [spectrum(s.axis, s.flight, s.values.copy(), s.band, s.time) for s in found]
-    for s in other:
-        s.values[:, 0] = RNG.standard_normal(len(s.values))
-    made, wanted = with_residual(gathered(found, w, cut), other, w, cut), gathered(other, w, cut)
-    for name in ("gram", "plain", "believed"):
+    sums = gathered(found, w, blocks(found))
+    of_flights = [sums.gram[:, sums.flight == k].sum(axis=(0, 1)) for k in range(3)]
+    np.testing.assert_allclose(sums.by_fold, of_flights)
+    np.testing.assert_allclose(sums.total, np.sum(of_flights, axis=0))
+    theta = np.array([0.7, -1.2])
+    assert sums.whole_error(theta) == pytest.approx(sums.error(theta).sum())
+    assert sums.shifted(theta).whole_error(0.0 * theta) == pytest.approx(sums.whole_error(theta))
+
+
+def test_columns_that_stay_under_the_same_weights_have_the_sums_of_their_own():
+    """Another residual, one column new, and the two of before the other way round."""
+    found, w = made_of()
+    cut, first = blocks(found), gathered(found, w, blocks(found))
+    other = []
+    for s in found:
+        fresh = RNG.standard_normal((len(s.values), 2))
+        other.append(spectrum(s.axis, s.flight, np.hstack([fresh, s.values[:, [2, 1]]]), s.band, s.time))
+    made, wanted = gathered(other, w, cut, first, [2, 3], [2, 1]), gathered(other, w, cut)
+    for name in ("by_fold", "gram", "plain", "believed"):
         np.testing.assert_allclose(getattr(made, name), getattr(wanted, name), atol=1e-9)
 
 
@@ -234,8 +248,7 @@ def test_a_residual_less_its_columns_has_the_squares_of_what_is_left():
     x = RNG.standard_normal((50, 3))
     theta, step = np.array([0.7, -1.2]), np.array([0.4, 0.1])
     gram = np.broadcast_to(x.T @ x, (1, 1, 3, 3))
-    one = np.zeros(1, dtype=int)
-    sums = Sums(gram, gram, gram, np.full((1, 1), 50.0), np.ones((1, 1)), ("fx",), one, one)
+    sums = given_sums(gram, np.full((1, 1), 50.0), ("fx",))
     left = x[:, 0] - x[:, 1:] @ theta
     moved = sums.shifted(theta)
     whole = np.column_stack([left, x[:, 1:]])

@@ -41,6 +41,8 @@ def linear_fit(
         candidates.append(Candidate(catalogue()[name], form, tuple(("rotor", int(r)) for r in rotor)))
     gram = np.zeros((len(axes), BLOCKS, 1 + len(names), 1 + len(names)))
     for k in range(BLOCKS):
+        for a, x in enumerate(np.reshape(rows(rng, k), (len(axes), ROWS, -1))):
+            gram[a, k] = x.T @ x
     sums = given_sums(gram, np.full((len(axes), BLOCKS), float(ROWS)), axes)
     columns = tuple(Column(c, 0, places(c, VEHICLE)[0].scale, 0.0, -np.inf, np.inf) for c in candidates)
     observation: Any = SimpleNamespace(  # as much of an Observation as a search reads; no flight is weighed

@@ -21,7 +21,6 @@ from infotraj.effects.along import Actuation, Along, Motion
 from infotraj.effects.base import overrides
 from infotraj.models import Model, body
 from infotraj.models.actuation import actuation
-from infotraj.models.interpolation import interpolate
 from infotraj.models.prepared import Prepared
 from infotraj.models.rotor_wrench import CommandedWrench, forces_at_rotors, rotor_wrench
 from infotraj.rotations import Array
@@ -53,7 +52,7 @@ def instants(model: Model, prepared: Prepared, time: Array) -> Instants:
     imu, recorded = model.imu_law(), prepared.recorded
     battery = None
     if recorded.battery is not None:
-        battery = interpolate(recorded.battery.times, recorded.battery.values, time)[:, 0]
+        battery = recorded.battery.at(time)[:, 0]
     kept: dict = {}
 
     def of_flight(key, make):

@@ -11,7 +11,7 @@ from numba import njit
 
 from infotraj.dynamics.actuators import turned_about
 from infotraj.effects.laws import AirLaw
-from infotraj.rotations import Array
+from infotraj.rotations import Array, turned_back
 from infotraj.vehicle import Vehicle
 
 
@@ -105,7 +105,7 @@ class Along:
         """Velocity of the body's origin through the air (N, 3) m/s, body axes: R^T (v - wind)."""
         if not self.air.wind.any():
             return self.velocity
-        return self._keep("origin", lambda: self.velocity - np.einsum("nji,j->ni", self.attitude, self.air.wind))
+        return self._keep("origin", lambda: self.velocity - turned_back(self.attitude, self.air.wind))
 
     @property
     def rate(self) -> Array:
@@ -200,7 +200,11 @@ class Along:
         if self.vehicle.inputs == "wrench":
             return np.ones((len(x), 1))
         c0, c1, c2 = _thrust_polynomials(self.vehicle)
-        return c0 + (c1 + c2 * x) * x
+        thrust = c2 * x
+        thrust += c1
+        thrust *= x
+        thrust += c0
+        return np.asarray(thrust)
 
     def _speeds(self) -> tuple[Array, Array]:
         x, slope = self.actuation.rotor, self.actuation.rotor_slope
@@ -239,7 +243,7 @@ def of_arm(vehicle: Vehicle, rotor: int) -> list[int]:
     def same(other) -> bool:
         if own.tilt is not None or other.tilt is not None:
             return own.tilt == other.tilt
-        return bool(np.allclose(own.position[:2], other.position[:2], atol=1e-3))
+        return all(abs(a - b) <= 1e-3 for a, b in zip(own.position[:2], other.position[:2], strict=True))
 
     return [i for i, r in enumerate(vehicle.rotors) if same(r)]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
@@ -307,7 +307,12 @@ def _without_rotors(cls: type[Effect], vehicle: Vehicle) -> str | None:
 
 def overrides(effect: Effect, hook: str) -> bool:
     """True where the effect's class defines `hook` itself."""
-    return getattr(type(effect), hook) is not getattr(Effect, hook)
+    return _defines(type(effect), hook)
+
+
+@lru_cache(maxsize=4096)
+def _defines(cls: type[Effect], hook: str) -> bool:
+    return getattr(cls, hook) is not getattr(Effect, hook)
 
 
 def labels_in_words(labels: Sequence[str]) -> str:

@@ -105,9 +105,13 @@ class AngularDamping(Effect):
 def of_drag(along: Along, force: Array) -> Array:
     """The wrench (N, 6) of a force (N, 3) that acts where drag does: at the centre of pressure, else at the origin."""
     place = along.air.pressure_centre
-    return np.concatenate([force, np.cross(place, force)], axis=1) if place.any() else force_only(force)
+    if not place.any():
+        return force_only(force)
+    return np.asarray(force @ np.concatenate([np.eye(3), np.cross(place, np.eye(3))], axis=1))
 
 
 def force_only(force: Array) -> Array:
     """The wrench (N, 6) of a force (N, 3) at the body's origin."""
-    return np.concatenate([force, np.zeros_like(force)], axis=1)
+    wrench = np.zeros((len(force), 6))
+    wrench[:, :3] = force
+    return wrench

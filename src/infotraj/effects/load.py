@@ -10,7 +10,7 @@ from numba import njit
 from infotraj.effects.along import Along, OriginPath
 from infotraj.effects.base import Effect, Load, Parameter
 from infotraj.effects.first_swing import LEARNED, STATES, first_swing
-from infotraj.rotations import Array
+from infotraj.rotations import Array, turned_back
 from infotraj.vehicle import Vehicle
 
 _STEP = 0.005  # s, at most; a hundredth of the period of the shortest cable in use
@@ -62,7 +62,7 @@ class SuspendedLoad(Effect):
         assert along.of_flight is not None  # a load needs the whole flight
         start, step, states = along.of_flight(("suspended_load", self.length), self._swing)
         q, q_dot = _between(states, (along.time - start) / step, step)
-        direction = np.einsum("nji,nj->ni", along.attitude, q)
+        direction = turned_back(along.attitude, q)
         return Load(direction, self.length * np.einsum("ni,ni->n", q_dot, q_dot), self.mass)
 
     def _swing(self, path: OriginPath) -> tuple[float, float, Array]:

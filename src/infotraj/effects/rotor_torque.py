@@ -49,8 +49,11 @@ class RotorTorque(Effect):
         rotors = of_arm(along.vehicle, self.rotor)
         assert along.thrust is not None  # a wrench is asked for when the thrust is known
         thrust = along.thrust[:, rotors[0]] if len(rotors) == 1 else along.thrust[:, rotors].sum(axis=1)
+        arm = torque_arm(along, self.rotor, self.r)
+        if arm.ndim == 1:
+            return thrust[:, None] @ np.concatenate([np.zeros(3), arm])[None]
         torque = np.zeros((along.count, 6))
-        np.multiply(thrust[:, None], torque_arm(along, self.rotor, self.r), out=torque[:, 3:])
+        np.multiply(thrust[:, None], arm, out=torque[:, 3:])
         return torque
 
 

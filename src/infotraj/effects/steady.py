@@ -8,7 +8,7 @@ from infotraj.effects.along import Along
 from infotraj.effects.base import Declared, Effect, Parameter
 from infotraj.effects.drag import force_only
 from infotraj.effects.rigid_body import arm_length
-from infotraj.rotations import Array
+from infotraj.rotations import Array, turned_back
 from infotraj.vehicle import Vehicle
 
 
@@ -39,7 +39,7 @@ class SteadyForce(Effect):
         return -2.0 * weight(vehicle), 2.0 * weight(vehicle)
 
     def wrench(self, along: Along) -> Array:
-        return force_only(np.einsum("nji,j->ni", along.attitude, self.f))
+        return force_only(turned_back(along.attitude, self.f))
 
 
 class SteadyTorque(Effect):

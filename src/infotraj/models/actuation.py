@@ -46,8 +46,8 @@ def _events(commands: Samples, delay: float) -> tuple[Array, Array]:
 
 
 def _measured(samples: Samples, time: Array) -> tuple[Array, Array]:
-    values = interpolate(samples.times, samples.values, time)
-    return values, interpolate(samples.times, slopes(samples), time)
+    values = samples.at(time)
+    return values, interpolate(samples.times, slopes(samples), time, samples.usual)
 
 
 @njit(cache=True)

@@ -13,7 +13,6 @@ import numpy as np
 from infotraj import rotations
 from infotraj.effects.laws import ImuLaw
 from infotraj.models.body import cross
-from infotraj.models.interpolation import interpolate
 from infotraj.models.prediction import Kinematics
 from infotraj.models.prepared import Prepared
 from infotraj.models.recorded import Samples
@@ -41,33 +40,36 @@ def kinematics(prepared: Prepared, imu: ImuLaw) -> Kinematics:
         turn_by_imu = _turn_by_imu(r.t, rate)
     if attitude is not None and velocity is not None and force is not None:
         push = prepared.kept.get("push", None, partial(_push, r.t, velocity))
-        push_by_imu = _push_by_imu(r.t, force, attitude, prepared.vehicle.gravity)
+        turned = prepared.kept.get("attitude between rows", None, partial(_attitudes, r.t, attitude))
+        push_by_imu = _push_by_imu(r.t, force, turned, prepared.vehicle.gravity)
     return Kinematics(turn, turn_by_imu, push, push_by_imu, reasons)
 
 
 def _turn(t: Array, attitude: Samples) -> Array:
-    q = rotations.normalize(interpolate(attitude.times, attitude.values, t))
+    q = rotations.normalize(attitude.at(t))
     step = rotations.log(rotations.multiply(rotations.conjugate(q[:-1]), q[1:]))
     return _padded(step / np.diff(t)[:, None])
 
 
 def _turn_by_imu(t: Array, rate: Samples) -> Array:
     step = np.diff(t)[:, None]
-    first, second = (interpolate(rate.times, rate.values, x) for x in _gauss(t))
+    first, second = (rate.at(x) for x in _gauss(t))
     return _padded(0.5 * (first + second) + np.sqrt(3.0) / 12 * step * cross(first, second))
 
 
 def _push(t: Array, velocity: Samples) -> Array:
-    v = interpolate(velocity.times, velocity.values, t)
+    v = velocity.at(t)
     return _padded(np.diff(v, axis=0) / np.diff(t)[:, None])
 
 
-def _push_by_imu(t: Array, force: Samples, attitude: Samples, gravity: float) -> Array:
-    total = np.zeros((len(t) - 1, 3))
-    for x in _gauss(t):
-        q = rotations.normalize(interpolate(attitude.times, attitude.values, x))
-        total += 0.5 * rotations.to_world(q, interpolate(force.times, force.values, x))
-    return _padded(total - [0.0, 0.0, gravity])
+def _attitudes(t: Array, attitude: Samples) -> list[Array]:
+    """Rotation matrices (n - 1, 3, 3) at Gauss' first and second point of every step."""
+    return [rotations.matrix(rotations.normalize(attitude.at(x))) for x in _gauss(t)]
+
+
+def _push_by_imu(t: Array, force: Samples, turned: list[Array], gravity: float) -> Array:
+    first, second = (rotations.turned(r, force.at(x)) for r, x in zip(turned, _gauss(t), strict=True))
+    return _padded(0.5 * (first + second) - [0.0, 0.0, gravity])
 
 
 def _gauss(t: Array) -> tuple[Array, Array]:

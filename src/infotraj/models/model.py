@@ -46,6 +46,8 @@ class Model:
         for effect in self.effects:
             effect.check(vehicle)
         self._acting = tuple(e for e in self.effects if not e.is_absent(vehicle))
+        self._by_hook: dict[str, list[Effect]] = {}
+        self._keys: dict[tuple[str, ...], Hashable] = {}
 
     @property
     def key(self) -> Hashable:
@@ -66,7 +68,7 @@ class Model:
         InputError where the flight lacks a channel that the rotors or an effect of this model need.
         """
         prepared = flight if isinstance(flight, Prepared) else Prepared(self.vehicle, flight)
-        if prepared.vehicle != self.vehicle:
+        if prepared.vehicle is not self.vehicle and prepared.vehicle != self.vehicle:
             raise UsageError(problem("a flight prepared for another vehicle", self.vehicle.name, "Prepare it again."))
         prepared.kept.get("channels", self.key, lambda: self._check_channels(prepared.flight))
         law, imu, frame, air = self.actuator_law(), self.imu_law(), self.body_law(), self.air_law()
@@ -102,14 +104,14 @@ class Model:
     def actuator_law(self) -> ActuatorLaw:
         """How the actuators follow their commands in this model."""
         law = ActuatorLaw.declared(self.vehicle)
-        for effect in self._acting:
+        for effect in self._with("actuators"):
             law = effect.actuators(law)
         return law
 
     def air_law(self) -> AirLaw:
         """The air of this model."""
         law = AirLaw.still()
-        for effect in self._acting:
+        for effect in self._with("air"):
             law = effect.air(law)
         moved = [e.moved_rotor() for e in self._moved]
         return replace(law, moved=tuple(m for m in moved if m is not None))
@@ -127,7 +129,7 @@ class Model:
     def body_law(self) -> BodyLaw:
         """The rigid body of this model. InputError where its effects leave no physical one."""
         law = BodyLaw.declared(self.vehicle)
-        for effect in self._acting:
+        for effect in self._with("body"):
             law = effect.body(law)
         if law.mass is not None and law.mass <= 0:
             raise InputError(
@@ -142,15 +144,19 @@ class Model:
     def imu_law(self) -> ImuLaw:
         """What the IMU measures in this model."""
         law = ImuLaw.ideal()
-        for effect in self._acting:
+        for effect in self._with("imu"):
             law = effect.imu(law)
         return law
 
     def _key(self, *hooks: str) -> Hashable:
-        return tuple(e.key for e in self._acting if any(overrides(e, h) for h in hooks))
+        if hooks not in self._keys:
+            self._keys[hooks] = tuple(e.key for e in self._acting if any(overrides(e, h) for h in hooks))
+        return self._keys[hooks]
 
     def _with(self, hook: str) -> list[Effect]:
-        return [e for e in self._acting if overrides(e, hook)]
+        if hook not in self._by_hook:
+            self._by_hook[hook] = [e for e in self._acting if overrides(e, hook)]
+        return self._by_hook[hook]
 
     def _segment(self, prepared: Prepared, segment: Segment, along: Along, imu: ImuLaw, frame: BodyLaw):
         """Specific force, its mean, angular acceleration, its mean at the segment's rows, each (rows, 3)."""
@@ -160,9 +166,11 @@ class Model:
         thrust, total = kept.get(f"thrust {segment.start}", thrust_key, lambda: self._thrust(along, prepared))
         along = copy.copy(along)
         object.__setattr__(along, "thrust", thrust)
-        for effect in self._with("wrench") + self._with("rotor_force"):
-            added = kept.get(f"{effect.name} {segment.start}", (thrust_key, effect.key), partial(_added, effect, along))
-            total = total + added
+        total = total.copy()
+        for number, effect in enumerate(self._with("wrench") + self._with("rotor_force")):
+            # Several effects of one name, of one rotor each, have a place each: one does not push out the others.
+            stage = f"{effect.name} {number if effect.repeatable else ''} {segment.start}"
+            total += kept.get(stage, (thrust_key, effect.key), partial(_added, effect, along))
         force, torque = total[:, :3], total[:, 3:]
         momenta = [e.rotor_momentum(along) for e in self._with("rotor_momentum")]
         inertia, rate = frame.inertia, along.motion.rate
@@ -205,9 +213,17 @@ class Model:
 
     def _thrust(self, along: Along, prepared: Prepared) -> tuple[Array, Array]:
         """Thrust (N, rotors) after all factors and losses, and the wrench (N, 6) that the inputs make by it."""
-        thrust = along.nominal_thrust
+        steady: Array | float = 1.0  # of each rotor, all along the flight
+        changing: Array | None = None
         for effect in self._with("thrust_factor"):
-            thrust = thrust * effect.thrust_factor(along)
+            factor = np.asarray(effect.thrust_factor(along))
+            if factor.ndim < 2:
+                steady = steady * factor
+            else:
+                changing = factor if changing is None else changing * factor
+        thrust = along.nominal_thrust * steady
+        if changing is not None:
+            thrust *= changing
         for effect in self._with("thrust_loss"):
             thrust = thrust - effect.thrust_loss(along)
         ratio = prepared.wrench.ratio
@@ -275,9 +291,7 @@ def _between_samples(t: Array, samples: Samples) -> Mask:
 
 
 def _added(effect: Effect, along: Along) -> Array:
-    total = np.zeros((along.count, 6))
-    if overrides(effect, "wrench"):
-        total = total + effect.wrench(along)
-    if overrides(effect, "rotor_force"):
-        total = total + forces_at_rotors(along.met_position, effect.rotor_force(along))
-    return total
+    if not overrides(effect, "rotor_force"):
+        return effect.wrench(along)
+    at_rotors = forces_at_rotors(along.met_position, effect.rotor_force(along))
+    return at_rotors + effect.wrench(along) if overrides(effect, "wrench") else at_rotors

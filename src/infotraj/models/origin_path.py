@@ -28,7 +28,7 @@ def origin_path(vehicle: Vehicle, r: Recorded, force: Samples | None, start: flo
         values = force.values
         if r.velocity is not None:
             values = values - _constant_error(times, turned, values, r.velocity, vehicle.gravity)
-        world = np.einsum("nij,nj->ni", turned, values)
+        world = rotations.turned(turned, values)
         sideways = _across_thrust(vehicle)
         if sideways is not None and r.velocity is not None:
             across = partial(_across, r.attitude, r.velocity, Samples(times, world), sideways, start)
@@ -47,7 +47,7 @@ def _constant_error(times: Array, turned: Array, force: Array, velocity: Samples
     until = (velocity.times >= times[0]) & (velocity.times <= times[-1])
     if until.sum() < 3:
         return np.zeros(3)
-    world = np.einsum("nij,nj->ni", turned, force) - np.array([0.0, 0.0, gravity])
+    world = rotations.turned(turned, force) - np.array([0.0, 0.0, gravity])
     gained = cumulative_trapezoid(world, times, axis=0, initial=0.0)
     along = cumulative_trapezoid(turned.reshape(-1, 9), times, axis=0, initial=0.0)
     at = velocity.times[until]
@@ -73,14 +73,14 @@ def _across(
 ) -> tuple[Array, Array, Array]:
     """`OriginPath.across` at time (N,) s since `start`."""
     at = time + start
-    turned = rotations.matrix(rotations.normalize(interpolate(attitude.times, attitude.values, at)))
+    turned = rotations.matrix(rotations.normalize(attitude.at(at)))
     directions = np.einsum("nij,kj->nki", turned, sideways)
-    along = [interpolate(s.times, s.values, at) for s in (force, velocity)]
+    along = [s.at(at) for s in (force, velocity)]
     return directions, *(np.einsum("nki,ni->nk", directions, x) for x in along)
 
 
 def _at(samples: Samples, time: Array) -> Array:
-    return interpolate(samples.times, samples.values, time)
+    return samples.at(time)
 
 
 def _slope(velocity: Samples) -> Array:

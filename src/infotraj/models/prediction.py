@@ -11,7 +11,7 @@ from infotraj.rotations import Array
 AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Kinematics:
     """Recorded motion against what the IMU implies, from t[k] to t[k+1] (last row NaN); shows measurement effects.
 

@@ -111,7 +111,7 @@ class Prepared:
         if r.attitude is not None:
             attitude = rotations.matrix(rotations.normalize(_at(r.attitude, time)))
         if r.velocity is not None and attitude is not None:
-            velocity = np.einsum("nji,nj->ni", attitude, _at(r.velocity, time))
+            velocity = rotations.turned_back(attitude, _at(r.velocity, time))
         if r.position is not None:
             height = _at(Samples(r.position.times, r.position.values[:, 2:]), time)[:, 0]
         battery = _at(r.battery, time)[:, 0] if r.battery is not None else None
@@ -203,4 +203,4 @@ def _at(samples: Samples, time: Array) -> Array:
     # Only the samples around these instants are looked at: a long flight costs no more a row than a short one.
     first, last = np.searchsorted(samples.times, [time[0], time[-1]])
     near = slice(max(first - _BESIDE, 0), last + _BESIDE)
-    return interpolate(samples.times[near], samples.values[near], time)
+    return interpolate(samples.times[near], samples.values[near], time, samples.usual)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from infotraj.flight import (
 )
 from infotraj.importing import derive
 from infotraj.importing.resample import gap_limit
+from infotraj.models.interpolation import interpolate
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
@@ -37,6 +39,15 @@ class Samples:
     times: Array
     values: Array
     derived: bool = False
+
+    @cached_property
+    def usual(self) -> float:
+        """The usual interval (s) between two of them."""
+        return float(np.median(np.diff(self.times))) if len(self.times) > 1 else np.inf
+
+    def at(self, time: Array) -> Array:
+        """Values (N, c) at sorted times (N,) s, between the samples."""
+        return interpolate(self.times, self.values, time, self.usual)
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,7 @@ def named(samples: FlightSamples, prediction: Prediction, time: Array) -> dict[s
     r = samples.prepared.recorded
 
     def at(channel: Samples) -> Array:
-        return interpolate(channel.times, channel.values, time)
+        return channel.at(time)
 
     out: dict[str, Array] = {"1": np.ones(len(time))}
     force = interpolate(prediction.t, np.nan_to_num(prediction.specific_force), time)
@@ -54,7 +54,7 @@ def named(samples: FlightSamples, prediction: Prediction, time: Array) -> dict[s
     if r.position is not None:
         out |= {f"p{a}": x for a, x in zip("xyz", at(r.position).T, strict=True)}
     if r.velocity is not None and attitude is not None:
-        v = np.einsum("nji,nj->ni", attitude, at(r.velocity))
+        v = rotations.turned_back(attitude, at(r.velocity))
         out |= {f"v{a} body": v[:, i] for i, a in enumerate("xyz")}
         out |= {f"|v{a}|v{a} body": np.abs(v[:, i]) * v[:, i] for i, a in enumerate("xyz")}
         out["|v|"] = np.linalg.norm(v, axis=1)
@@ -77,9 +77,9 @@ def memory(samples: FlightSamples, prediction: Prediction, time: Array) -> Array
     attitude = samples.prepared.recorded.attitude
     if attitude is None:
         return np.zeros((len(time), 0))
-    q = rotations.normalize(interpolate(attitude.times, attitude.values, prediction.t))
+    q = rotations.normalize(attitude.at(prediction.t))
     world = rotations.to_world(q, np.nan_to_num(prediction.specific_force))
-    now = rotations.normalize(interpolate(attitude.times, attitude.values, time))
+    now = rotations.normalize(attitude.at(time))
     return np.concatenate(
         [rotations.to_body(now, interpolate(prediction.t, world, time - lag)) for lag in LAGS], axis=1
     )

@@ -29,7 +29,6 @@ from infotraj.diagnosis.select.prior import SCALES, Scales
 from infotraj.diagnosis.select.score import Solution
 from infotraj.diagnosis.select.search import Fit, Search
 from infotraj.flight import VELOCITY, Flight
-from infotraj.models.interpolation import interpolate
 from infotraj.rotations import Array
 
 WORSE = 1.05  # times the error of an axis on flights that were not fitted, less than which is no difference
@@ -160,7 +159,7 @@ def _with_velocity(samples: FlightSamples) -> Flight:
     flight, velocity = samples.flight, samples.prepared.recorded.velocity
     if flight.has(*VELOCITY) or velocity is None:
         return flight
-    values = interpolate(velocity.times, velocity.values, flight.t)
+    values = velocity.at(flight.t)
     return Flight(flight.table.assign(**dict(zip(VELOCITY, values.T, strict=True))), flight.meta)
 
 

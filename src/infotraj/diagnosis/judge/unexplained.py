@@ -20,7 +20,6 @@ from infotraj.diagnosis.linear.observation import Observation
 from infotraj.diagnosis.linear.sums import WINDOW
 from infotraj.diagnosis.noise.spectra import BANDS, Spectrum, binned, spectra
 from infotraj.diagnosis.select.search import Fit
-from infotraj.models.interpolation import interpolate
 from infotraj.models.recorded import Samples
 from infotraj.rotations import Array
 
@@ -188,7 +187,7 @@ def _table(o: Observation, left, predictions, name: str, rng: np.random.Generato
 def _binned_change(rate: Samples, time: Array) -> Array:
     """Measured change of the rate over the bins at `time`."""
     half = 0.5 * BIN
-    return interpolate(rate.times, rate.values, time + half) - interpolate(rate.times, rate.values, time - half)
+    return rate.at(time + half) - rate.at(time - half)
 
 
 def _standard(x: Array) -> Array:

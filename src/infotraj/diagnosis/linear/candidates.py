@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -30,7 +31,7 @@ class Candidate:
         """The effect's name."""
         return self.cls.name
 
-    @property
+    @cached_property
     def label(self) -> str:
         """Name, with what is fixed: `rotor_effectiveness 3`."""
         return " ".join([self.name, *(str(v) for _, v in self.fixed)])
@@ -85,13 +86,19 @@ class Place:
 
 def places(candidate: Candidate, vehicle: Vehicle) -> list[Place]:
     """The fitted numbers of a candidate, in order."""
+    return list(_places(candidate.cls, tuple(p.name for p in candidate.form), vehicle))
+
+
+@lru_cache(maxsize=1024)
+def _places(cls: type[Effect], form: tuple[str, ...], vehicle: Vehicle) -> list[Place]:
     found = []
-    for p in candidate.form:
+    by_name = {p.name: p for p in cls.parameters}
+    for p in (by_name[name] for name in form):
         count = p.count(vehicle)
-        low, high = (np.broadcast_to(b, count) for b in candidate.cls.bounds(vehicle, p))
-        absent = candidate.cls.absent(vehicle, p)
-        scale = np.broadcast_to(candidate.cls.scale(vehicle, p), count)
-        whole = float(candidate.cls.whole(vehicle, p))
+        low, high = (np.broadcast_to(b, count) for b in cls.bounds(vehicle, p))
+        absent = cls.absent(vehicle, p)
+        scale = np.broadcast_to(cls.scale(vehicle, p), count)
+        whole = float(cls.whole(vehicle, p))
         for i in range(count):
             at = Place(p.name, i, float(scale[i]) or 1.0, float(low[i]), float(high[i]), float(absent[i]), whole)
             found.append(replace(at, low=at.coordinate(at.low), high=at.coordinate(at.high)))

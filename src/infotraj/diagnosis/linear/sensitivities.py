@@ -22,6 +22,7 @@ from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
 SMALL = 0.03  # of the usual size: the step of a derivative
+_TOGETHER = 16  # columns that are computed before they are put into bins: memory does not grow with their number
 
 
 @dataclass(frozen=True)
@@ -117,17 +118,25 @@ def columns_of(
         return x if samples else turn.binned(x)
 
     out = []
+    models = [(Model(observation.vehicle, moved), factor) for moved, factor in changed]
+    now = Model(observation.vehicle, effects)
     for s, coarse, turns in zip(observation.samples, observation.coarse, observation.transforms, strict=True):
-        now = Model(observation.vehicle, effects)
-        columns = [[kept(turn, b)] for turn, b in zip(turns, s.residual(now), strict=True)]
-        base = coarse.residual(now) if changed else []
-        for moved, factor in changed:
-            try:
-                with np.errstate(all="ignore"):
-                    residual = coarse.residual(Model(observation.vehicle, moved))
-            except InputError:
-                residual = base
-            for own, turn, b, r in zip(columns, turns, base, residual, strict=True):
-                own.append(kept(turn, np.nan_to_num((b - r) * factor)))
-        out.append([np.stack(own, axis=2) for own in columns])
+        columns = [[kept(turn, b)[..., None]] for turn, b in zip(turns, s.residual(now), strict=True)]
+        base = coarse.residual(now) if models else []
+        for first in range(0, len(models), _TOGETHER):
+            part = models[first : first + _TOGETHER]
+            lost = [np.zeros((*b.shape, len(part))) for b in base]
+            for k, (model, factor) in enumerate(part):
+                try:
+                    with np.errstate(all="ignore"):
+                        residual = coarse.residual(model)
+                except InputError:
+                    continue
+                for own, b, r in zip(lost, base, residual, strict=True):
+                    # What a model leaves as it was is the same array.
+                    if r is not b:
+                        own[..., k] = np.nan_to_num((b - r) * factor)
+            for made, turn, x in zip(columns, turns, lost, strict=True):
+                made.append(kept(turn, x) if x.any() else np.zeros((*made[0].shape[:-1], len(part))))
+        out.append([np.concatenate(made, axis=2) for made in columns])
     return out

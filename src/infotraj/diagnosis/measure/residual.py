@@ -23,7 +23,7 @@ from infotraj.checking.airborne import airborne_rows
 from infotraj.effects.channels import is_derived
 from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
 from infotraj.models import Model, Prediction
-from infotraj.models.interpolation import interpolate
+from infotraj.models.prediction import Kinematics
 from infotraj.models.prepared import Kept, Prepared
 from infotraj.rotations import Array
 
@@ -233,7 +233,7 @@ def measured_change(samples: FlightSamples, c: Channel) -> Array:
 
     def measured() -> Array:
         given = samples.flight.has(*RATE)
-        w = samples.flight.get(*RATE) if given else interpolate(recorded.times, recorded.values, t)
+        w = samples.flight.get(*RATE) if given else recorded.at(t)
         return w[c.last] - w[c.first]
 
     return samples.prepared.kept.get("measured change of rate", None, measured)
@@ -249,7 +249,7 @@ def measured_side(samples: FlightSamples, c: Channel) -> Array | None:
     if c.name == "velocity":
         r = samples.prepared.recorded
         velocity = _had(r.velocity)
-        v = interpolate(velocity.times, velocity.values, r.t)
+        v = velocity.at(r.t)
         # What holds a vehicle up was measured, too: without it a thrust that is wrong by a share would go with nothing.
         fall = samples.prepared.vehicle.gravity * (r.t[c.last] - r.t[c.first])
         return v[c.last] - v[c.first] + np.array([0.0, 0.0, 1.0]) * fall[:, None]
@@ -267,25 +267,28 @@ def _velocity(samples: FlightSamples, prediction: Prediction, c: Channel) -> Arr
     kept, velocity, attitude = samples.prepared.kept, _had(r.velocity), _had(r.attitude)
 
     def turned() -> Array:
-        return rotations.normalize(interpolate(attitude.times, attitude.values, np.append((t[1:] + t[:-1]) / 2, t[-1])))
+        return rotations.matrix(rotations.normalize(attitude.at(np.append((t[1:] + t[:-1]) / 2, t[-1]))))
 
-    mean = rotations.to_world(kept.get("attitude half way", None, turned), prediction.specific_force_mean)
-    v = kept.get("velocity at rows", None, lambda: interpolate(velocity.times, velocity.values, t))
+    mean = rotations.turned(kept.get("attitude half way", None, turned), prediction.specific_force_mean)
+    v = kept.get("velocity at rows", None, lambda: velocity.at(t))
     return v[c.last] - v[c.first] - _steps(t, mean - [0.0, 0.0, samples.prepared.vehicle.gravity], c)
 
 
 def _turn(samples: FlightSamples, prediction: Prediction, c: Channel) -> Array:
     k = prediction.kinematics
-    t = samples.prepared.recorded.t
-    turned = samples.prepared.kept.get("recorded turn of samples", None, lambda: _steps(t, _had(k.turn), c))
-    return turned - _steps(t, _had(k.turn_by_imu), c)
+    return _of_imu(samples, c, k, _had(k.turn), _had(k.turn_by_imu))
 
 
 def _push(samples: FlightSamples, prediction: Prediction, c: Channel) -> Array:
     k = prediction.kinematics
-    t = samples.prepared.recorded.t
-    pushed = samples.prepared.kept.get("recorded push of samples", None, lambda: _steps(t, _had(k.push), c))
-    return pushed - _steps(t, _had(k.push_by_imu), c)
+    return _of_imu(samples, c, k, _had(k.push), _had(k.push_by_imu))
+
+
+def _of_imu(samples: FlightSamples, c: Channel, of: Kinematics, recorded: Array, by_imu: Array) -> Array:
+    """What was recorded minus what the IMU says; the same array while these are, whatever else a model changes."""
+    t, kept = samples.prepared.recorded.t, samples.prepared.kept
+    made = kept.get(f"recorded {c.name} of samples", None, lambda: _steps(t, recorded, c))
+    return kept.get(f"{c.name} left", of, lambda: made - _steps(t, by_imu, c))
 
 
 _RESIDUALS = {"force": _force, "velocity": _velocity, "rate": _rate, "turn": _turn, "push": _push}
