@@ -44,9 +44,9 @@ def fit(size=1.0, noise=1.0, chosen=("linear_drag",), spread=1.0, each=None, com
     return linear_fit(NAMES, rows, list(chosen))[1]
 
 
-def with_sums(made, **changed):
+def with_sums(fitted, /, **changed):
     """The same fit with other sums."""
-    return replace(made, linear=replace(made.linear, sums=replace(made.linear.sums, **changed)))
+    return replace(fitted, linear=replace(fitted.linear, sums=replace(fitted.linear.sums, **changed)))
 
 
 def windows(made, each):
