@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import stats
+from scipy import special
 
 from infotraj.checking.finding import Finding
 from infotraj.checking.settings import CHANNEL_OF, command, shift_setting
@@ -46,7 +46,7 @@ class Offset:
             return 1.0
         lag, error = np.array(self.segments).T[1:]
         q = float((((lag - np.average(lag, weights=error**-2)) / error) ** 2).sum())
-        return float(stats.chi2.sf(q, len(lag) - 1))
+        return float(special.chdtrc(len(lag) - 1, q))
 
 
 def offset(stream: Stream, predicted: Array, centres: Array, block: Array, width: float) -> Offset | None:
@@ -202,4 +202,4 @@ def line(segments: tuple[tuple[float, float, float], ...]) -> tuple[float, float
 
 
 def _sure(ratio: ArrayLike) -> float:
-    return float(min(0.9999, 1 - 2 * stats.norm.sf(ratio)))
+    return float(min(0.9999, 1 - 2 * special.ndtr(-np.asarray(ratio))))

@@ -12,7 +12,7 @@ from itertools import permutations, product
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
 from infotraj.rotations import Array
 
@@ -153,4 +153,4 @@ def sure_of_difference(products: Array, squares: Array, rest: Array, tried: int)
     error = np.sqrt((rest**2).sum() * len(rest) / (len(rest) - 1)) / squares.sum()
     if error == 0:
         return 1.0
-    return float(1 - min(1.0, stats.t.sf(b / error, len(rest) - 1) * tried))
+    return float(1 - min(1.0, special.stdtr(len(rest) - 1, -b / error) * tried))

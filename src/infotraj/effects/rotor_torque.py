@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 
 from infotraj.effects.along import Along, of_arm, torque_arm
 from infotraj.effects.base import AXES, Declared, Effect, Parameter
@@ -50,11 +51,17 @@ class RotorTorque(Effect):
         assert along.thrust is not None  # a wrench is asked for when the thrust is known
         thrust = along.thrust[:, rotors[0]] if len(rotors) == 1 else along.thrust[:, rotors].sum(axis=1)
         arm = torque_arm(along, self.rotor, self.r)
-        if arm.ndim == 1:
-            return thrust[:, None] @ np.concatenate([np.zeros(3), arm])[None]
-        torque = np.zeros((along.count, 6))
-        np.multiply(thrust[:, None], arm, out=torque[:, 3:])
-        return torque
+        return _torques(thrust, np.atleast_2d(arm))
+
+
+@njit(cache=True)
+def _torques(thrust, arm):
+    """Wrenches (N, 6) of thrusts (N,) with torques of their arms, (N, 3) or (1, 3), and no force."""
+    out = np.zeros((len(thrust), 6))
+    for n in range(len(thrust)):
+        for i in range(3):
+            out[n, 3 + i] = thrust[n] * arm[min(n, len(arm) - 1), i]
+    return out
 
 
 def arms(vehicle: Vehicle) -> list[int]:

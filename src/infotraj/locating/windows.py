@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy import special
 
 from infotraj.comparing.equation_error import AXES, EquationError
 from infotraj.comparing.floor import AT_FLOOR
@@ -41,7 +41,7 @@ def worst_windows(errors: Sequence[EquationError], *, most: int = 10) -> list[Ti
     found: list[TimeWindow] = []
     for k, error in enumerate(errors):
         freedom = max(1.0, 3.0 * LENGTH / error.window) * 0.5
-        limit = max(LEAST_RATIO**2, float(chi2.isf(ALPHA / tries, freedom)) / freedom)
+        limit = max(LEAST_RATIO**2, float(special.chdtri(freedom, ALPHA / tries)) / freedom)
         slot = np.floor((error.t - error.t[0]) / LENGTH).astype(int)
         for a in range(len(AXES)):
             found += _of_axis(error, k, a, slot, limit)

@@ -38,10 +38,28 @@ def _cross(a, b):
 def angular_acceleration(law: BodyLaw, force: Array, torque: Array, rate: Array) -> Array:
     """Angular acceleration (N, 3) rad/s^2, body axes, of force and torque (N, 3) about the origin."""
     assert law.inertia is not None  # nobody asks where the vehicle file leaves it out; below the same of the mass
-    moment = torque - cross(rate, rate @ law.inertia)
-    if law.center_of_mass.any():
-        moment = moment - cross(law.center_of_mass, force)
-    return moment @ np.linalg.inv(law.inertia)
+    return _turning(force, torque, rate, law.inertia, np.linalg.inv(law.inertia), law.center_of_mass)
+
+
+@njit(cache=True)
+def _turning(force, torque, rate, inertia, inverse, place):
+    out, moment = np.empty_like(rate), np.empty(3)
+    beside = place.any()  # of a force that is not known nothing is asked else
+    for n in range(len(rate)):
+        f, w = force[n], rate[n]
+        h0 = inertia[0, 0] * w[0] + inertia[0, 1] * w[1] + inertia[0, 2] * w[2]
+        h1 = inertia[1, 0] * w[0] + inertia[1, 1] * w[1] + inertia[1, 2] * w[2]
+        h2 = inertia[2, 0] * w[0] + inertia[2, 1] * w[1] + inertia[2, 2] * w[2]
+        moment[0] = torque[n, 0] - (w[1] * h2 - w[2] * h1)
+        moment[1] = torque[n, 1] - (w[2] * h0 - w[0] * h2)
+        moment[2] = torque[n, 2] - (w[0] * h1 - w[1] * h0)
+        if beside:
+            moment[0] -= place[1] * f[2] - place[2] * f[1]
+            moment[1] -= place[2] * f[0] - place[0] * f[2]
+            moment[2] -= place[0] * f[1] - place[1] * f[0]
+        for i in range(3):
+            out[n, i] = inverse[i, 0] * moment[0] + inverse[i, 1] * moment[1] + inverse[i, 2] * moment[2]
+    return out
 
 
 def specific_force(law: BodyLaw, force: Array, rate: Array | None, angular: Array) -> Array:
@@ -60,7 +78,20 @@ def lever(place: Array, rate: Array | None, angular: Array) -> Array:
     """Specific force (N, 3) by which a point `place` (3,) of the body differs from its origin; NaN without a rate."""
     if rate is None:
         return np.full_like(angular, np.nan)
-    return cross(angular, place) + cross(rate, cross(rate, place))
+    return _lever(place, rate, angular)
+
+
+@njit(cache=True)
+def _lever(r, rate, angular):
+    out = np.empty_like(angular)
+    for n in range(len(angular)):
+        w, a = rate[n], angular[n]
+        # w x (w x r) = w (w . r) - r (w . w)
+        along, square = w[0] * r[0] + w[1] * r[1] + w[2] * r[2], w[0] * w[0] + w[1] * w[1] + w[2] * w[2]
+        out[n, 0] = a[1] * r[2] - a[2] * r[1] + w[0] * along - r[0] * square
+        out[n, 1] = a[2] * r[0] - a[0] * r[2] + w[1] * along - r[1] * square
+        out[n, 2] = a[0] * r[1] - a[1] * r[0] + w[2] * along - r[2] * square
+    return out
 
 
 def response_to_force(law: BodyLaw, direction: Array) -> tuple[Array, Array]:

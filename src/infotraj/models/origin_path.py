@@ -6,7 +6,6 @@ from functools import partial
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
-from scipy.signal import savgol_filter
 
 from infotraj import rotations
 from infotraj.effects.along import OriginPath
@@ -91,6 +90,8 @@ def _slope(velocity: Samples) -> Array:
     width = 2 * int(_SMOOTHED / step / 2) + 1
     if not velocity.derived or width < 5 or len(even) < width:
         return slopes(velocity)
+    from scipy.signal import savgol_filter  # late: it takes as long to import as all the rest
+
     # Frames that are missing or late are put on an even grid.
     gridded = np.stack([np.interp(even, times, x) for x in values.T], axis=1)
     smooth = savgol_filter(gridded, width, 3, deriv=1, delta=step, axis=0)

@@ -14,6 +14,7 @@ from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from infotraj.diagnosis.measure.residual import Channel, FlightSamples
@@ -63,17 +64,17 @@ class Lapped:
 
     def turned(self, binned: Array) -> Array:
         """Coefficients (n, 3, c) of what `binned` made, (bins, 3, c)."""
-        out = np.empty((len(self.frequency), *binned.shape[1:]))
+        rows = np.ascontiguousarray(binned).reshape(len(binned), -1)
+        out = np.empty((len(self.frequency), rows.shape[1]))
         place = first = 0
         for s in self.stretches:
             hop, count = _frames(s.count, s.width)
-            turn = _cosines(hop)
-            for k in range(count):
-                part = binned[first + k * hop : first + (k + 2) * hop]
-                out[place : place + hop] = np.tensordot(turn, part, (1, 0))
-                place += hop
-            first += s.count
-        return out
+            # Windows (count, 2 hop, columns) of the stretch, each half of the one before.
+            seen = sliding_window_view(rows[first : first + (count + 1) * hop], 2 * hop, axis=0)[::hop]
+            turned = np.matmul(_cosines(hop), np.swapaxes(seen, 1, 2))
+            out[place : place + count * hop] = turned.reshape(count * hop, -1)
+            place, first = place + count * hop, first + s.count
+        return out.reshape(-1, *binned.shape[1:])
 
 
 def lapped(samples: FlightSamples, channel: Channel) -> Lapped:
