@@ -30,7 +30,7 @@ def _linear(monkeypatch):
         sums = made.linear.absent
         return sums.plain_error(np.zeros((FLIGHTS, sums.width)) if each is None else each)
 
-    monkeypatch.setattr(giving, "_left", left)
+    monkeypatch.setattr(giving, "left", left)
 
 
 def drag_on(sizes):
@@ -100,8 +100,8 @@ def search_of_names():
 
 
 def test_the_net_of_shares_is_their_product():
-    assert giving._net(np.array([0.5, 2.0])) == pytest.approx(0.0)
-    assert giving._net(np.array([0.5, 0.0, 0.5])) == pytest.approx(np.log(0.25))
+    assert giving.net(np.array([0.5, 2.0])) == pytest.approx(0.0)
+    assert giving.net(np.array([0.5, 0.0, 0.5])) == pytest.approx(np.log(0.25))
 
 
 def test_what_may_correct_the_ratio_comes_in_the_order_in_which_it_predicts(monkeypatch):

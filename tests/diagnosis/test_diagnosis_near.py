@@ -9,12 +9,12 @@ from exact_simulation import fly
 
 from infotraj.diagnosis.diagnosis import held_members
 from infotraj.diagnosis.gates.observing import observe
-from infotraj.diagnosis.judge.giving import _left
 from infotraj.diagnosis.linear.candidates import Candidate, read, written
 from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.linear.sums import gathered
 from infotraj.diagnosis.select.around import linearised
 from infotraj.diagnosis.select.learned import around_fit, around_usual
+from infotraj.diagnosis.select.predicting import left
 from infotraj.diagnosis.select.search import Search
 from infotraj.effects import catalogue
 from infotraj.flight import Flight
@@ -113,7 +113,7 @@ def numbers(members):
 def test_what_is_left_of_flights_is_that_of_the_model_as_it_is(first, best):
     """Without an effect the sums say the same of it; with those that were found it is the noise, and far less."""
     whole = best[1]
-    before, after = _left(whole, None), _left(whole, whole.solution.each)
+    before, after = left(whole, None), left(whole, whole.solution.each)
     np.testing.assert_allclose(before, first.absent.plain_error(np.zeros((2, first.sums.width))), rtol=1e-6)
     torque = [whole.linear.sums.axes.index(a) for a in ("tx", "ty")]
     assert (after[torque] < 0.05 * before[torque]).all()

@@ -3,7 +3,8 @@
 import numpy as np
 from linear_fits import ROWS, linear_fit
 
-from infotraj.diagnosis.judge.needed import TELLS, needed
+from infotraj.diagnosis.judge.needed import needed
+from infotraj.diagnosis.select.predicting import TELLS
 
 NAMES = ["linear_drag", "quadratic_drag", "rotor_drag"]
 

@@ -18,13 +18,12 @@ import numpy as np
 from infotraj.comparing.equation_error import equation_error
 from infotraj.comparing.statistics import statistics
 from infotraj.diagnosis.gates import refusal
-from infotraj.diagnosis.judge.needed import TELLS
 from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS, labels_of_file, out_of_line, thrust_over_mass
 from infotraj.diagnosis.linear.candidates import places
 from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.measure.residual import FlightSamples
-from infotraj.diagnosis.noise.spectra import binned, spectra
 from infotraj.diagnosis.select.bounds import beyond_bounds
+from infotraj.diagnosis.select.predicting import TELLS, left, net
 from infotraj.diagnosis.select.prior import SCALES, Scales
 from infotraj.diagnosis.select.score import Solution
 from infotraj.diagnosis.select.search import Fit, Search
@@ -97,9 +96,9 @@ def _of_ratio(search: Search, whole: Fit, labels: Sequence[str], bare: Fit, rati
     tried = {x: search.fitted([*labels, x], whole, Scales(0.0), _ROUNDS, go_on=True) for x in ratio}
     if not ratio:
         return {}
-    least = _net(_shares(bare)) - np.log(WORSE)
-    net = {x: _net(_shares(made)) for x, made in tried.items() if not _ends(made, bare)}
-    return {x: tried[x] for x in sorted(net, key=lambda x: net[x]) if net[x] < least}
+    least = net(_shares(bare)) - np.log(WORSE)
+    found = {x: net(_shares(made)) for x, made in tried.items() if not _ends(made, bare)}
+    return {x: tried[x] for x in sorted(found, key=lambda x: found[x]) if found[x] < least}
 
 
 def _corrected(search: Search, whole: Fit, made: Fit, asked: Sequence[str]) -> Fit | None:
@@ -121,9 +120,9 @@ def _corrected(search: Search, whole: Fit, made: Fit, asked: Sequence[str]) -> F
     if not file:
         return None
     tried = [_with_file(search, whole, asked, file, s) for s in SCALES]
-    best = min(tried, key=lambda f: _net(_shares(f)[moving]))
+    best = min(tried, key=lambda f: net(_shares(f)[moving]))
     fit = search.fitted(best.labels, whole, best.scales, _ROUNDS)
-    better = _net(_shares(fit)[moving]) < _net(_shares(made)[moving]) - TELLS
+    better = net(_shares(fit)[moving]) < net(_shares(made)[moving]) - TELLS
     return fit if better and not _ends(fit, made) else None
 
 
@@ -216,44 +215,9 @@ def _at(made: Fit, theta: Array, each: Array) -> Fit:
 
 def _shares(made: Fit, each: Array | None = None) -> Array:
     """Root mean square error (axes,) on flights not fitted, as a share of that of the model as given; 0 of nothing."""
-    before = _left(made, None)
-    after = _left(made, made.solution.each if each is None else each)
+    before = left(made, None)
+    after = left(made, made.solution.each if each is None else each)
     return np.where(before > 0, np.sqrt(after / np.maximum(before, 1e-300)), 0.0)
-
-
-def _left(made: Fit, each: Array | None) -> Array:
-    """Mean square (axes,) of the slow coefficients of every fold under the numbers that were fitted without it.
-
-    each (folds, p); None: the model as given. The model is computed as it is, not made linear: a product of what the
-    file is off by and an effect may be as large as either.
-    """
-    linear, o = made.linear, made.linear.observation
-    axes = linear.sums.axes
-    total, count = np.zeros(len(axes)), np.zeros(len(axes))
-    folds = [None] if each is None else list(np.unique(o.blocks.fold))
-    for k, fold in enumerate(folds):
-        members = [m for m in linear.point if m.held] if made.held is None else list(made.held)
-        if each is not None:
-            members = list(linear.members(made.chosen, each[k], shift=np.inf))
-        model = o.model(members)
-        for number, (samples, turns) in enumerate(zip(o.samples, o.transforms, strict=True)):
-            if fold is not None and fold not in o.blocks.fold[o.blocks.flight == number]:
-                continue
-            raw = replace(o, samples=(samples,)).raw(model)
-            if raw is None:
-                return np.full(len(axes), np.inf)
-            for s in spectra([samples], [turns], binned([turns], raw)):
-                own = s.band < linear.weights.slow(s.axis)
-                if fold is not None:
-                    own &= o.blocks.fold[o.blocks.at(number, s.time)] == fold
-                total[axes.index(s.axis)] += s.values[own, 0] @ s.values[own, 0]
-                count[axes.index(s.axis)] += own.sum()
-    return total / np.maximum(count, 1)
-
-
-def _net(share: Array) -> float:
-    """What a model does to all axes together: the sum of the logarithms of their errors' shares."""
-    return float(np.sum(np.log(np.clip(share, 1e-6, 1e6)[share > 0])))
 
 
 def _pruned(made: Fit) -> tuple[Fit, dict[str, str], dict[str, str]]:
@@ -269,8 +233,8 @@ def _pruned(made: Fit) -> tuple[Fit, dict[str, str], dict[str, str]]:
         if share[k] <= WORSE or not left:
             break
         tried = {u: _without(theta, each, u) for u in left}
-        best = min(left, key=lambda u: _net(_shares(made, tried[u][1])))
-        if _net(_shares(made, tried[best][1])) >= _net(share):
+        best = min(left, key=lambda u: net(_shares(made, tried[u][1])))
+        if net(_shares(made, tried[best][1])) >= net(share):
             break
         axis = refusal.axis_group(made.linear.sums.axes[k]) or made.linear.sums.axes[k]
         why.setdefault(units[best], f"{axis} is predicted worse with it, by {100 * (share[k] - 1):.0f} %")

@@ -22,9 +22,9 @@ from infotraj.diagnosis.judge.evidence import (
     rise_beside,
     translated,
 )
-from infotraj.diagnosis.judge.needed import TELLS
 from infotraj.diagnosis.select.around import linearised
 from infotraj.diagnosis.select.bounds import beyond_bounds
+from infotraj.diagnosis.select.predicting import TELLS
 from infotraj.diagnosis.select.search import Fit, Search
 from infotraj.rotations import Array
 

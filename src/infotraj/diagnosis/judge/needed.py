@@ -15,10 +15,10 @@ import numpy as np
 from infotraj.diagnosis.judge.evidence import Evidence, evidence, evidence_of_absent, shared
 from infotraj.diagnosis.judge.numbers import fitted_numbers
 from infotraj.diagnosis.linear.observation import Member
+from infotraj.diagnosis.select.predicting import TELLS
 from infotraj.diagnosis.select.search import Fit, Search
 
 SURE = 0.95  # probability that an effect is needed, and share of resamples that must need it
-TELLS = float(np.log(1.2))  # by which the error on flights not fitted falls for what is named: by a sixth of one axis
 
 
 @dataclass(frozen=True)

@@ -11,11 +11,12 @@ import numpy as np
 from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.judge.evidence import Evidence, evidence_of_absent, left_by_set
 from infotraj.diagnosis.judge.groups import Rival, rivals
-from infotraj.diagnosis.judge.needed import SURE, TELLS, Judged
+from infotraj.diagnosis.judge.needed import SURE, Judged
 from infotraj.diagnosis.judge.numbers import fitted_numbers, values_of
 from infotraj.diagnosis.judge.unexplained import Unexplained
 from infotraj.diagnosis.linear.candidates import Candidate
 from infotraj.diagnosis.linear.observation import Member
+from infotraj.diagnosis.select.predicting import TELLS
 from infotraj.diagnosis.select.prior import OF_THE_LOG
 from infotraj.diagnosis.select.search import Fit, Search
 

@@ -95,6 +95,10 @@ class Observation:
             return None
         return found if all(np.isfinite(x).all() for flight in found for x in flight) else None
 
+    def of_flight(self, number: int) -> Observation:
+        """One of the flights alone, for its residual: blocks are those of all."""
+        return replace(self, samples=(self.samples[number],))
+
     def without_axes(self, axes: AbstractSet[str]) -> Observation:
         """The same flights with these axes, by name, left out of everything that is weighed."""
         return replace(self, ignored=self.ignored | axes)

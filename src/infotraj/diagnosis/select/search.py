@@ -19,6 +19,7 @@ from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.noise.spectra import binned, spectra
 from infotraj.diagnosis.select.around import Linear, linearised
 from infotraj.diagnosis.select.bounds import beyond_bounds
+from infotraj.diagnosis.select.predicting import TELLS, net_of
 from infotraj.diagnosis.select.prior import Scales, is_file_number
 from infotraj.diagnosis.select.scaling import scaled
 from infotraj.diagnosis.select.score import Scorer, Solution
@@ -27,6 +28,7 @@ from infotraj.rotations import Array
 MOST = 6  # effects: physics of which six named ones are not enough is not of this catalogue
 _NARROW = 4  # sets that are kept while the scale of the file is looked for
 _ROUNDS = 5
+_ORDINARY = Scales(1.0)
 _SETTLED = 1.0  # weighted squared error by which a last step may still fall
 _FAR = 0.1  # of the error, by which it may still fall where rounds ran out: with more the numbers are not found yet
 _PROMISED = 1.0  # of the error: where more than half of what is left is only said to go, the model never came there
@@ -142,10 +144,29 @@ class Search:
 
     def best(self, now: Linear, exact: bool = False) -> Fit:
         """The most probable set of effects, fitted. now: where it begins; exact: it holds every number of the file."""
-        found = self._from(Fit(now, *searched(now), self.known, exact=exact))
-        found = found if exact else self._anew(found)
+        begun = Fit(now, *searched(now), self.known, exact=exact)
+        found = self._from(begun)
+        if not exact:
+            found = self._better_start(begun, self._anew(found))
         best = max((found, *self._partnered(found)), key=lambda f: f.worth)
         return self._within(found if best is found else self._settled(best, best.labels, 3 * _ROUNDS, False))
+
+    def _better_start(self, begun: Fit, found: Fit) -> Fit:
+        """What was found from `begun`, or from the set that is best beside an ordinary file, where that predicts more.
+
+        Far from where the numbers belong, part of what they explain is measured as noise, and noise is no reason to go
+        there: a search that went astray holds its own end for the most probable one. Prediction of flights that were
+        not fitted does not.
+        """
+        if self.observation.healthy is not None:
+            return found
+        now = begun.linear
+        solution = now.scorer(_ORDINARY).search(MOST, [i for i, c in enumerate(now.choices) if np.isfinite(c.price)])
+        other = replace(begun, chosen=solution.chosen, scales=_ORDINARY, solution=solution)
+        if set(other.labels) == set(begun.labels):
+            return found
+        other = self._anew(self._from(other))
+        return other if net_of(other) < net_of(found) - TELLS else found
 
     def _from(self, made: Fit) -> Fit:
         """The best set, from a fit on: made linear around it and searched again until it settles."""

@@ -1,0 +1,63 @@
+"""How large errors are on flights that a model was not fitted to, as the model itself has them.
+
+Every fold under the numbers that were fitted without it. The model is computed as it is, not made linear: a product of
+what the file is off by and an effect may be as large as either.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from infotraj.diagnosis.gates import refusal
+from infotraj.diagnosis.noise.spectra import binned, spectra
+from infotraj.rotations import Array
+
+if TYPE_CHECKING:
+    from infotraj.diagnosis.select.search import Fit
+
+TELLS = float(np.log(1.2))  # by which errors on flights not fitted fall for what is told: a sixth of one axis
+
+
+def left(made: Fit, each: Array | None, every: bool = False) -> Array:
+    """Mean square (axes,) of the slow coefficients of every fold under the numbers that were fitted without it.
+
+    each (folds, p); None: the model as given. every: with the file's numbers that are not chosen, too.
+    """
+    linear, o = made.linear, made.linear.observation
+    axes = linear.sums.axes
+    total, count = np.zeros(len(axes)), np.zeros(len(axes))
+    folds = [None] if each is None else list(np.unique(o.blocks.fold))
+    for k, fold in enumerate(folds):
+        members = [m for m in linear.point if m.held] if made.held is None else list(made.held)
+        if each is not None:
+            members = list(linear.members(made.chosen, each[k], shift=0.0 if every else np.inf, straight=every))
+        model = o.model(members)
+        for number, (samples, turns) in enumerate(zip(o.samples, o.transforms, strict=True)):
+            if fold is not None and fold not in o.blocks.fold[o.blocks.flight == number]:
+                continue
+            raw = o.of_flight(number).raw(model)
+            if raw is None:
+                return np.full(len(axes), np.inf)
+            for s in spectra([samples], [turns], binned([turns], raw)):
+                own = s.band < linear.weights.slow(s.axis)
+                if fold is not None:
+                    own &= o.blocks.fold[o.blocks.at(number, s.time)] == fold
+                total[axes.index(s.axis)] += s.values[own, 0] @ s.values[own, 0]
+                count[axes.index(s.axis)] += own.sum()
+    return total / np.maximum(count, 1)
+
+
+def net_of(made: Fit) -> float:
+    """The same of the forces and torques that can be judged, with every number of the file."""
+    linear = made.linear
+    axes = [refusal.axis_group(a) is not None and a not in linear.observation.ignored for a in linear.sums.axes]
+    before, after = left(made, None), left(made, made.solution.each, every=True)
+    share = np.where(before > 0, np.sqrt(after / np.maximum(before, 1e-300)), 0.0)
+    return net(share[np.array(axes, dtype=bool)])
+
+
+def net(share: Array) -> float:
+    """What a model does to all axes together: the sum of the logarithms of their errors' shares."""
+    return float(np.sum(np.log(np.clip(share, 1e-6, 1e6)[share > 0])))
