@@ -64,7 +64,7 @@ class Lapped:
 
     def turned(self, binned: Array) -> Array:
         """Coefficients (n, 3, c) of what `binned` made, (bins, 3, c)."""
-        rows = np.ascontiguousarray(binned).reshape(len(binned), -1)
+        rows = np.ascontiguousarray(binned).reshape(len(binned), int(np.prod(binned.shape[1:])))
         out = np.empty((len(self.frequency), rows.shape[1]))
         place = first = 0
         for s in self.stretches:
@@ -74,7 +74,7 @@ class Lapped:
             turned = np.matmul(_cosines(hop), np.swapaxes(seen, 1, 2))
             out[place : place + count * hop] = turned.reshape(count * hop, -1)
             place, first = place + count * hop, first + s.count
-        return out.reshape(-1, *binned.shape[1:])
+        return out.reshape(len(out), *binned.shape[1:])
 
 
 def lapped(samples: FlightSamples, channel: Channel) -> Lapped:
