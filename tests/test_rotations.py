@@ -116,3 +116,11 @@ def test_every_function_is_the_same_batched_and_looped():
         batched = function(*arguments)
         for index in np.ndindex(3, 4):
             assert np.allclose(batched[index], function(*(a[index] for a in arguments)), atol=1e-14)
+
+
+def test_vectors_turned_by_matrices_are_those_turned_by_the_attitudes():
+    q, v = random_attitudes(20), np.random.default_rng(2).normal(size=(20, 3))
+    r = rotations.matrix(q)
+    np.testing.assert_allclose(rotations.turned(r, v), scipy_rotation(q).apply(v), atol=1e-12)
+    np.testing.assert_allclose(rotations.turned_back(r, v), scipy_rotation(q).inv().apply(v), atol=1e-12)
+    np.testing.assert_allclose(rotations.turned_back(r, v[0]), scipy_rotation(q).inv().apply(v[0]), atol=1e-12)
