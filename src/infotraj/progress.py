@@ -6,16 +6,19 @@ from __future__ import annotations
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator, Sized
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sized
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TypeVar
 
 import click
 
+from infotraj.remaining import Plan
+
 T = TypeVar("T")
 _QUICK = 2.0  # s: what is done by then says nothing
 _EVERY = 1.0  # s
+_FEW = 4.0  # s
 _WIDTH = 79
 
 
@@ -31,6 +34,7 @@ class _Step:
 
 
 _step: list[_Step] = []  # one at most
+_plan: list[Plan] = []  # one at most
 _shown: list[object] = []  # lines that are under way; the last one is seen
 _writing = threading.Lock()
 
@@ -65,33 +69,58 @@ def waiting(label: str) -> Iterator[None]:
     """While something runs whose length nobody can tell beforehand: `label, 12 s so far`, under the same rules.
 
     With what it says of itself by `step`: `label: 2 of 4, searching, 12 s so far`, or how long it will take where its
-    steps are alike.
+    steps are alike. With what it says by `parts` and `reached`: `label: 2 of 4, searching, about 40 s left`.
     """
     if not _heard():
         yield
         return
     _step.clear()
+    _plan.clear()
     begun = time.monotonic()
 
     def line() -> str:
         passed = f"{_words(time.monotonic() - begun)} so far"
+        left = _plan[0].left(time.monotonic()) if _plan else None
+        if left is not None:
+            passed = _about(left)
         if not _step:
-            return f"{label}, {passed}"
+            return _cut(label, passed)
         at = _step[0]
         if at.alike and at.number > 1:
             passed = f"{_words(_left(begun, at.since, at.number - 1, at.of))} left"
-        return f"{label}: {at.number} of {at.of}, {at.words}, {passed}"
+        return _cut(f"{label}: {at.number} of {at.of}, {at.words}", passed)
 
     try:
         with _telling(line, begun):
             yield
     finally:
         _step.clear()
+        _plan.clear()
 
 
 def step(number: int, of: int, words: str, *, alike: bool = False) -> None:
     """Says at which of its steps a long computation is, for whoever waits for it; alike: all take about as long."""
     _step[:] = [_Step(number, of, words, alike, time.monotonic())]
+
+
+def parts(lengths: Mapping[str, float]) -> None:
+    """Says of which parts a long computation is made that begins now, and about how long they are, in any unit."""
+    _plan[:] = [Plan(lengths, time.monotonic())]
+
+
+def pieces(part: str, count: int) -> None:
+    """Says, before it begins, that a part will be done so many times over."""
+    if _plan:
+        _plan[0].pieces(part, count)
+
+
+def reached(part: str, done: int = 0, of: int = 1) -> None:
+    """Says that so many pieces of a part are done, which take about as long each.
+
+    Whoever does the work says so, whether anybody has named its parts or not; only a part that is named counts.
+    """
+    if _plan:
+        _plan[0].reached(part, done, of, time.monotonic())
 
 
 def interrupted() -> None:
@@ -150,6 +179,21 @@ def _cleared() -> None:
 def _over(line: str) -> None:
     sys.stderr.write(f"\r{line[:_WIDTH]:<{_WIDTH}}")
     sys.stderr.flush()
+
+
+def _cut(what: str, passed: str) -> str:
+    """Both in one line: the time is never cut off."""
+    return f"{what[: _WIDTH - 2 - len(passed)]}, {passed}"
+
+
+def _about(seconds: float) -> str:
+    """An estimate of what is left, no more exact than it is."""
+    if seconds < _FEW:
+        return "a few seconds left"
+    if seconds >= 100:
+        return f"about {seconds / 60:.0f} min left"
+    every = 5 if seconds < 32.5 else 10
+    return f"about {every * round(seconds / every)} s left"
 
 
 def _words(seconds: float) -> str:

@@ -1,0 +1,69 @@
+"""How long something will still take whose parts are known beforehand, and about what share of the whole each takes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+_FIRST = 0.05  # of the whole: until so much is done nothing is said
+_TRUST = 2.0  # of what was left: done since the last word, by half of that the new one replaces the old
+_LATE = 5.0  # s
+
+
+class Plan:
+    """Parts in their order, with lengths in any unit; times are s of one clock, given by the caller.
+
+    Of what is done so far and how long that took follows how long the whole takes. A new word changes the old one
+    by no more than what was done in between is of what was left, so that one unusual part does not throw it about.
+    """
+
+    def __init__(self, lengths: Mapping[str, float], now: float) -> None:
+        self._lengths = dict(lengths)
+        self._each = dict(lengths)
+        self._begun = self._at = now
+        self._part = next(iter(lengths))
+        self._share, self._until = 0.0, 0.0
+        self._total: float | None = None
+
+    def pieces(self, part: str, count: int) -> None:
+        """The part will be done so many times over; of one that is under way or done nothing changes."""
+        names = list(self._lengths)
+        if part in names and names.index(part) > names.index(self._part):
+            self._lengths[part] = count * self._each[part]
+
+    def reached(self, part: str, done: int, of: int, now: float) -> None:
+        """So many of a part's pieces, which take about as long each, are done. A part that is no part of this plan,
+        or that is passed, says nothing."""
+        names = list(self._lengths)
+        if part not in names or names.index(part) < names.index(self._part):
+            return
+        share, until = min(done / of, 1.0), min((done + 1) / of, 1.0)
+        if part == self._part and share <= self._share:
+            return
+        before = self._done()
+        self._part, self._share, self._until, self._at = part, share, until, now
+        self._reckon(before)
+
+    def left(self, now: float) -> float | None:
+        """s until all is done; None where that cannot be said: at the beginning, and where a piece takes so much longer
+        than its share that the others' say nothing."""
+        if self._total is None:
+            return None
+        expected = self._begun + self._total - now
+        least = self._total * (1.0 - self._done(self._until) / sum(self._lengths.values()))
+        return None if least - expected > max(least, _LATE) else max(expected, least)
+
+    def _done(self, share: float | None = None) -> float:
+        """The length of what is done, of the part that is under way this share."""
+        names = list(self._lengths)
+        passed = sum(self._lengths[n] for n in names[: names.index(self._part)])
+        return passed + self._lengths[self._part] * (self._share if share is None else share)
+
+    def _reckon(self, before: float) -> None:
+        whole, done, passed = sum(self._lengths.values()), self._done(), self._at - self._begun
+        if done < _FIRST * whole or passed <= 0.0:
+            return
+        total = passed * whole / done
+        if self._total is not None:
+            weight = min(_TRUST * (done - before) / max(whole - before, 1e-9), 1.0)
+            total = self._total ** (1.0 - weight) * total**weight
+        self._total = max(total, passed)
