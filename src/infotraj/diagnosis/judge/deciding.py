@@ -22,6 +22,10 @@ from infotraj.diagnosis.judge.unexplained import Unexplained
 from infotraj.diagnosis.judge.verdicts import CONFIDENT, Finding, Judge, named
 from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.search import Fit, Search
+from infotraj.progress import pieces, reached
+
+_STAY = 2  # of so many effects that the search took one stays
+_AGAIN = 10  # times its mean takes judging anew, where it comes
 
 
 @dataclass(frozen=True)
@@ -57,6 +61,7 @@ def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
         if changed:
             told, judged, more = needed(search, told, asked.rng)
             gone += more
+            pieces("naming", _STAY * len(judged))
             findings, stand = asked.judged(told, [*judged, *gone])
             findings = _demoted(tuple(out.get(f.name, f) for f in findings), why, impossible)
         made = given(search, told, _labels(told, named(findings), {n: r.label for n, r in stand.items()}))
@@ -77,6 +82,8 @@ def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
         findings, rest = demoted, [x for x in rest if x.split()[0] not in out]
         changed = len(rest) < len(told.labels)
         if changed:
+            pieces("judging again", _AGAIN)
+            reached("judging again")
             told = search.fitted(rest, told, go_on=True)
 
 

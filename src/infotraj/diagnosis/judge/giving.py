@@ -28,6 +28,7 @@ from infotraj.diagnosis.select.prior import SCALES, Scales
 from infotraj.diagnosis.select.score import Solution
 from infotraj.diagnosis.select.search import Fit, Search
 from infotraj.flight import VELOCITY, Flight
+from infotraj.progress import reached
 from infotraj.rotations import Array
 
 WORSE = 1.05  # times the error of an axis on flights that were not fitted, less than which is no difference
@@ -67,12 +68,15 @@ def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
         made = _as_found(search, whole, labels) if inside else search.fitted(labels, whole, Scales(0.0))
         at_bound = beyond_bounds(made.members, observation.vehicle)
     else:
+        reached("the new model", 0, 3)
         made = search.fitted(labels, whole, Scales(0.0), go_on=True)
+        reached("the new model", 1, 3)
         of_ratio = _of_ratio(search, whole, labels, made, _ratio(search, whole, labels))
         made = next(iter(of_ratio.values()), made)
         at_bound = beyond_bounds(made.members, observation.vehicle)
         ratio = next(iter(of_ratio), None)
         asked = [*labels, ratio] if ratio and out_of_line(whole) else labels
+        reached("the new model", 2, 3)
         corrected = _corrected(search, whole, made, asked)
         beside = (ratio,) if ratio and (corrected is None or ratio in asked) else ()
         if corrected is not None:

@@ -17,6 +17,7 @@ from infotraj.diagnosis.judge.numbers import fitted_numbers
 from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.select.predicting import TELLS
 from infotraj.diagnosis.select.search import Fit, Search
+from infotraj.progress import reached
 
 SURE = 0.95  # probability that an effect is needed, and share of resamples that must need it
 
@@ -41,7 +42,9 @@ def needed(search: Search, whole: Fit, rng: np.random.Generator) -> tuple[Fit, l
     What has gone may have stood for an effect outside the set, which is then taken in.
     """
     gone: list[Judged] = []
+    count = len(whole.labels) + 1
     while True:
+        reached("weighing", len(gone), count)
         judged, least, rest = _weakest(search, whole, rng)
         if least is not None:
             gone.append(least)

@@ -19,6 +19,7 @@ from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.select.predicting import TELLS
 from infotraj.diagnosis.select.prior import OF_THE_LOG
 from infotraj.diagnosis.select.search import Fit, Search
+from infotraj.progress import reached
 
 CONFIDENT = ("Supported", "Not separable")
 MATTERS = 0.05  # rise of the squared error, in units of the floor, below which an effect does not matter
@@ -68,7 +69,9 @@ class Judge:
         stand: dict[str, Rival] = {}
         instances: dict[str, list[dict[str, Any]]] = {}
         # What stands in the place of two is told in the group in which it takes most off.
-        for j in sorted(self.judged, key=lambda j: -j.evidence.gain):
+        count = max(sum(j.needed for j in self.judged), 1)
+        for k, j in enumerate(sorted(self.judged, key=lambda j: -j.evidence.gain)):
+            reached("naming", k, count)
             name = j.member.candidate.name
             if j.needed:
                 instances.setdefault(name, []).append(values_of(j.member))

@@ -23,6 +23,7 @@ from infotraj.diagnosis.select.predicting import TELLS, net_of
 from infotraj.diagnosis.select.prior import Scales, is_file_number
 from infotraj.diagnosis.select.scaling import scaled
 from infotraj.diagnosis.select.score import Scorer, Solution
+from infotraj.progress import pieces, reached
 from infotraj.rotations import Array
 
 MOST = 6  # effects: physics of which six named ones are not enough is not of this catalogue
@@ -148,6 +149,7 @@ class Search:
         found = self._from(begun)
         if not exact:
             found = self._better_start(begun, self._anew(found))
+        reached("bounds")
         best = max((found, *self._partnered(found)), key=lambda f: f.worth)
         return self._within(found if best is found else self._settled(best, best.labels, 3 * _ROUNDS, False))
 
@@ -165,6 +167,8 @@ class Search:
         other = replace(begun, chosen=solution.chosen, scales=_ORDINARY, solution=solution)
         if set(other.labels) == set(begun.labels):
             return found
+        pieces("another start", 3)  # of three diagnoses one begins twice
+        reached("another start")
         other = self._anew(self._from(other))
         return other if net_of(other) < net_of(found) - TELLS else found
 
@@ -173,7 +177,8 @@ class Search:
         self._say(made.linear, made.chosen, made.scales, made.solution)
         if made.exact:
             return self._climbed(made)
-        for _ in range(_ROUNDS):
+        for k in range(_ROUNDS):
+            reached("searching", k, _ROUNDS)
             now = self._stepped(made)
             before = made.labels
             made = replace(made, linear=now)
@@ -190,7 +195,8 @@ class Search:
         Under the same weights every step must be worth more than the last, so that it ends.
         """
         made = self._settled(made, made.labels, _ROUNDS, True)
-        for _ in range(_ROUNDS):
+        for k in range(_ROUNDS):
+            reached("searching anew", 2 + k, 2 + _ROUNDS)
             now = made.linear
             chosen, scales, solution = searched(now, made.chosen, made.scales, self.barred.keys())
             other = replace(made, chosen=chosen, scales=scales, solution=solution)
@@ -212,9 +218,11 @@ class Search:
         point = now.members(made.chosen, made.solution.theta, shift=_LOOSE, straight=True)
         if self.observation.healthy is not None or all(m.candidate.label in inside for m in point):
             return made
+        reached("searching anew", 0, 2 + _ROUNDS)
         point = now.members(made.chosen, made.solution.theta, shift=0.0, straight=True)
         fresh = linearised(self.observation, point, self.known, like=now, anew=True)
         chosen, scales, solution = searched(fresh, fresh.labelled(made.labels), made.scales, self.barred.keys())
+        reached("searching anew", 1, 2 + _ROUNDS)
         return self._from(replace(made, linear=fresh, chosen=chosen, scales=scales, solution=solution, exact=True))
 
     def _within(self, made: Fit) -> Fit:
@@ -330,6 +338,7 @@ class Search:
             columns = sorted({*now.kept, *(c for i in now.labelled(labels) for c in now.choices[i].columns)})
             made = self._at(made, labels, now.weighed_beside(columns))
         for k in range(rounds):
+            reached("fitting", k, _ROUNDS)
             made, settled = (made, False) if go_on else self._nearer(made, labels, rounds)
             if settled:
                 break
@@ -426,6 +435,8 @@ class Search:
 
     def _say(self, now: Linear, chosen: tuple[int, ...], scales: Scales, solution: Solution) -> None:
         labels = " + ".join(now.choices[i].label for i in chosen) or "nothing"
+        pieces("weighing", len(chosen))
+        pieces("naming", len(chosen))
         kinds = "".join(f", {k} {v:g}" for k, v in scales.kinds.items())
         self.trail.append(f"{labels}: {solution.score:.1f} nats, file off by {scales.common:g} times 1 %{kinds}")
 
