@@ -1,6 +1,7 @@
 """Progress: time left on a terminal, nothing anywhere else."""
 
 import io
+import re
 import threading
 import time
 from pathlib import Path
@@ -97,6 +98,61 @@ def test_alike_steps_tell_the_time_left(terminal, monkeypatch):
         wait_for(lambda: "checking: 1 of 3, a.csv, 10 s so far" in terminal.said())
         module.step(2, 3, "b.csv", alike=True)
         wait_for(lambda: "checking: 2 of 3, b.csv, 20 s left" in terminal.said())
+
+
+def test_parts_tell_about_how_much_time_is_left(terminal, monkeypatch):
+    monkeypatch.setattr(module, "_EVERY", 0.001)
+    module.parts({"reading": 1.0, "writing": 1.0})  # by something that nobody waited for
+    with waiting("diagnosing"):
+        terminal.now = 12.0
+        wait_for(lambda: "diagnosing, 12 s so far" in terminal.said())
+        module.step(2, 3, "searching")
+        module.parts({"search": 60.0, "judge": 10.0})
+        module.pieces("judge", 4)
+        wait_for(lambda: "diagnosing: 2 of 3, searching, 12 s so far" in terminal.said())
+        terminal.now = 24.0
+        module.reached("search", 1, 5)
+        wait_for(lambda: "2 of 3, searching, about 90 s left" in terminal.said())
+        terminal.now += 45.0
+        wait_for(lambda: "searching, about 80 s left" in terminal.said())  # no less: what comes after is left
+        module.reached("judge")
+        wait_for(lambda: "searching, about 40 s left" in terminal.said())
+        module.reached("judge", 9, 10)
+        wait_for(lambda: "searching, a few seconds left" in terminal.said())
+    with waiting("fitting"):
+        terminal.now += 30.0
+        wait_for(lambda: "fitting, 30 s so far" in terminal.said())
+
+
+def test_what_nobody_waits_for_may_say_how_far_it_is(terminal):
+    module.pieces("judge", 4)
+    module.reached("judge", 1, 4)
+    assert terminal.said() == ""
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [
+        (0.0, "a few seconds left"),
+        (3.9, "a few seconds left"),
+        (4.1, "about 5 s left"),
+        (32.0, "about 30 s left"),
+        (44.0, "about 40 s left"),
+        (99.0, "about 100 s left"),
+        (100.0, "about 2 min left"),
+        (900.0, "about 15 min left"),
+    ],
+)
+def test_an_estimate_is_said_no_more_exactly_than_it_is(seconds, words):
+    assert module._about(seconds) == words
+
+
+def test_of_a_long_line_the_time_is_not_cut_off(terminal, monkeypatch):
+    monkeypatch.setattr(module, "_EVERY", 0.001)
+    with waiting("diagnosing " + "x" * 100):
+        terminal.now = 12.0
+        wait_for(lambda: "xx, 12 s so far" in terminal.said())
+    assert max(map(len, terminal.said().split("\r"))) < 80
 
 
 def test_of_two_lines_the_inner_one_is_seen(terminal, monkeypatch):
@@ -197,3 +253,18 @@ def run_command(*words):
 
     done = CliRunner().invoke(cli, [str(word) for word in words], catch_exceptions=False)
     assert done.exit_code == 0, done.output
+
+
+def test_every_part_of_a_plan_is_reached_somewhere():
+    """A part that nobody reaches would never be over; one of another name would count for nothing."""
+    import infotraj
+    from infotraj.diagnosis import adding, diagnosis
+    from infotraj.importing import command
+
+    sources = "".join(p.read_text() for p in Path(infotraj.__file__).parent.rglob("*.py"))
+    reached = set(re.findall(r'\breached\("([^"]+)"', sources))
+    told = set(re.findall(r'\bpieces\("([^"]+)"', sources))
+    plans = (diagnosis._PARTS, adding._PARTS, *command._PARTS.values())
+    first = {next(iter(plan)) for plan in plans}  # begins with its plan
+    assert {part for plan in plans for part in plan} - first <= reached
+    assert reached | told <= {part for plan in plans for part in plan}

@@ -13,7 +13,14 @@ import yaml
 from infotraj import __version__
 from infotraj.errors import InfotrajError, InputError, UsageError, problem
 from infotraj.options import quiet_option, say_next
-from infotraj.progress import waiting
+from infotraj.progress import parts, waiting
+
+# % of the time, of logs of 20 to 540 MB read on 26 November 2026: messages are decoded one by one, tables are not. Of
+# blackbox and binary DataFlash logs nothing is counted while they are decoded.
+_PARTS = {
+    "messages": {"opening": 4.0, "reading": 86.0, "streams": 5.0, "rows": 2.0, "checks": 3.0},
+    "table": {"opening": 13.0, "reading": 31.0, "streams": 29.0, "rows": 15.0, "checks": 12.0},
+}
 
 
 @click.command("import")
@@ -77,6 +84,7 @@ def import_command(
     from infotraj.importing.explain import inventory, missing_channels
     from infotraj.importing.importer import to_flight
     from infotraj.importing.mapping_files import load_mapping
+    from infotraj.importing.opening import kind_of
     from infotraj.importing.reading import read_streams
     from infotraj.importing.saving import save_extension, save_mapping, write_text
     from infotraj.importing.settings import parse_settings
@@ -91,6 +99,7 @@ def import_command(
             if fix:
                 own = _fixed(log, chosen, settings, start, stop, definitions, quiet)
             with waiting(f"importing {named}"):
+                parts(_PARTS["table" if kind_of(log) == "table" else "messages"])
                 read = read_streams(
                     log, chosen, definitions=definitions, allow_damaged=allow_damaged, settings=own, beside=beside
                 )

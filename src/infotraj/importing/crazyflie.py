@@ -16,9 +16,11 @@ import numpy as np
 
 from infotraj.errors import InputError, problem
 from infotraj.importing.log import Request, Samples, Topic, reading, what_is_left
+from infotraj.progress import reached
 from infotraj.rotations import Array
 
 MAGIC = 0xBC
+_EVERY = 1 << 16  # bytes, of which who waits is told
 _OWN = ("event id", "timestamp")
 _TYPES = {c: c for c in "bBhHiIqQefd"} | {"l": "i", "L": "I"}
 _EXPECTED = "a Crazyflie micro-SD log (0xBC, version 1 or 2)"
@@ -141,7 +143,11 @@ class CrazyflieLog:
             return "" if place + count * size == end else "it ends inside a record"
         data = self._bytes.data
         sizes = {identity: event.record.itemsize for identity, event in self._events.items()}
+        told = place
         while place < end:
+            if place >= told:
+                reached("reading", place, end)
+                told += _EVERY
             identity = data[place] | data[place + 1] << 8
             if identity not in sizes:
                 return f"unknown event {identity} at byte {place}"

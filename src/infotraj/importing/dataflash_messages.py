@@ -12,8 +12,11 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from infotraj.progress import reached
+
 HEAD = b"\xa3\x95"
 FORMAT_KIND, FORMAT_LENGTH = 128, 89
+_EVERY = 1000  # lines, of which who waits is told
 # Letter: numpy type, and what a count stands for.
 _LETTERS: dict[str, tuple[str, float]] = {
     "a": ("S64", 1.0),
@@ -100,7 +103,10 @@ def read_text(text: str) -> Messages:
     kinds: dict[int, str] = {}
     rows: dict[str, list[list[str]]] = {}
     skipped = 0
-    for line in text.splitlines():
+    lines = text.splitlines()
+    for number, line in enumerate(lines):
+        if number % _EVERY == 0:
+            reached("reading", number, len(lines))
         parts = [p.strip() for p in line.split(",")]
         if parts[0] == "FMT" and len(parts) > 5:
             letters, columns = parts[4], tuple(parts[5:])

@@ -19,6 +19,7 @@ from infotraj.importing.metadata import channel_origin, content_hash, table_meta
 from infotraj.importing.plausible import require_plausible
 from infotraj.importing.reading import Stream, Streams, leading_feed, read_streams
 from infotraj.importing.settings import Settings
+from infotraj.progress import reached
 from infotraj.rotations import Array
 
 
@@ -71,7 +72,8 @@ def to_flight(
     values: dict[str, Array] = {}
     names: dict[str, tuple[str, ...]] = {}
     said: dict[str, Any] = {}
-    for channel_name in CHANNELS:
+    for k, channel_name in enumerate(CHANNELS):
+        reached("rows", k, len(CHANNELS))
         feed = read.plan.feed_of(channel_name)
         if feed is None or not read.streams[feed.stream.name].resolved.get(channel_name, True):
             continue
@@ -89,6 +91,7 @@ def to_flight(
         values[channel_name] = data
         names[channel_name] = CHANNELS[channel_name].names(data.shape[1])
         said[channel_name] = {**channel_origin(channel_name, feed, read.mapping), **how}
+    reached("checks")
     require_plausible(values, names, t, read.path)
     if not set(values) - {"battery", "airborne"}:
         raise InputError(

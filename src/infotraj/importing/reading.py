@@ -23,6 +23,7 @@ from infotraj.importing.silent import pass_over_silent
 from infotraj.importing.streams import Feed, Plan, plan, require_channels
 from infotraj.importing.table import TableFile
 from infotraj.importing.table_format import TableFormat
+from infotraj.progress import reached
 from infotraj.rotations import Array
 
 
@@ -149,6 +150,7 @@ def _read(log: Log, chosen: Plan, every: bool) -> Streams:
         times = tuple(t for t in feed.time.fields if t != "record")
         requests.append(Request(feed.topic, tuple(numbers), times))
     samples = log.read(requests)
+    reached("streams")
     all_ticks = {f.stream.name: clock.ticks(s, f.time) for f, s in zip(feeds, samples, strict=True)}
     leader = leading_feed(chosen)
     delays = {

@@ -14,10 +14,12 @@ import numpy as np
 from infotraj.errors import InputError, problem
 from infotraj.importing.definitions import Definitions
 from infotraj.importing.log import Request, Samples, Topic, reading
+from infotraj.progress import reached
 from infotraj.rotations import Array
 
 _EXPECTED = "a complete, indexed ROS 1 or ROS 2 bag"
 _REMEDY = "It may be truncated: run `rosbag reindex`, `ros2 bag reindex` or `mcap recover`, or copy it again."
+_EVERY = 1000  # messages, of which who waits is told
 _PART = re.compile(r"^(\w+)(?:\[(\d+|\*)\])?$")
 
 
@@ -87,8 +89,11 @@ class RosBag:
             by_topic.setdefault(request.topic.name, []).append(column)
         connections = [c for name in by_topic for c in self._connections[name]]
         if connections:
+            count = sum(c.msgcount for c in connections)
             with reading(self.path, _EXPECTED, _REMEDY):
-                for connection, record, raw in self._reader.messages(connections=connections):
+                for k, (connection, record, raw) in enumerate(self._reader.messages(connections=connections)):
+                    if k % _EVERY == 0:
+                        reached("reading", k, count)
                     message = self._decode(raw, connection.msgtype)
                     for column in by_topic[connection.topic]:
                         column.add(record, message)

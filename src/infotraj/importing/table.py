@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from io import TextIOWrapper
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from infotraj.importing.log import Request, Samples, Topic, reading, what_is_lef
 from infotraj.importing.table_cells import list_length, list_numbers, numbers_of
 from infotraj.importing.table_format import SPACE, TableFormat, TextLines
 from infotraj.importing.table_lines import is_spaced, laid_out_header
+from infotraj.progress import reached
 from infotraj.text_rows import header, row_delimiters, uneven_row
 
 _CHUNK = 200_000
@@ -197,19 +199,30 @@ class TableFile:
     def _chunks(self, names: list[str]) -> Any:
         if self._parquet:
             with pq.ParquetFile(self.path) as file:
-                for batch in file.iter_batches(batch_size=_CHUNK, columns=names):
+                for k, batch in enumerate(file.iter_batches(batch_size=_CHUNK, columns=names)):
+                    reached("reading", k * _CHUNK, file.metadata.num_rows)
                     yield batch.to_pandas()
             return
         lists = dict.fromkeys((n for n in names if n in self._lists), str)
-        with self._frame(usecols=names, chunksize=_CHUNK, dtype=lists) as reader:
-            yield from reader
+        size = self.path.stat().st_size
+        with (
+            open(self.path, "rb") as raw,
+            TextIOWrapper(raw, encoding="utf-8-sig", newline="") as file,
+            self._frame(file if self._layout is None else None, usecols=names, chunksize=_CHUNK, dtype=lists) as reader,
+        ):
+            reached("reading")
+            for chunk in reader:
+                yield chunk
+                reached("reading", raw.tell() if self._layout is None else self._lines.characters, size)
 
-    def _frame(self, **options: Any) -> Any:
-        """The text by pandas' parser, under the names of the header."""
+    def _frame(self, file: Any = None, **options: Any) -> Any:
+        """The text by pandas' parser, under the names of the header. file: the same, open."""
         layout = self._layout
+        if layout is not None:
+            file = self._lines = TextLines(self.path, layout)
         spare = [""] if self._per_row == len(self._names) else []
         return pd.read_csv(
-            self.path if layout is None else TextLines(self.path, layout),
+            self.path if file is None else file,
             sep=r"\s+" if self._delimiter == SPACE else self._delimiter,
             header=None if layout is not None and layout.header is not None else 0,
             names=[*self._names, *spare],

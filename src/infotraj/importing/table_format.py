@@ -55,13 +55,13 @@ def require_pattern(pattern: str) -> None:
 class TextLines:
     """The lines of a text file as a CSV would have them: prefix, comments and skipped lines taken off.
 
-    `left_out` counts lines without the prefix, after all have been read. It reads as a file does, so that a parser
-    takes it for one, and holds no more than a block.
+    `left_out` counts lines without the prefix, after all have been read, `characters` what has been read of the file
+    so far. It reads as a file does, so that a parser takes it for one, and holds no more than a block.
     """
 
     def __init__(self, path: Path, layout: TableFormat) -> None:
         self._path, self._layout = path, layout
-        self.left_out = 0
+        self.left_out = self.characters = 0
         self._lines = self._cleaned()
 
     def __iter__(self) -> Iterator[str]:
@@ -88,6 +88,7 @@ class TextLines:
         skipped = 0
         with open(self._path, encoding="utf-8-sig") as file:
             for line in file:
+                self.characters += len(line)
                 if skipped < layout.skip:
                     skipped += 1
                     continue

@@ -14,6 +14,7 @@ import numpy as np
 
 from infotraj.errors import InputError, problem
 from infotraj.importing.log import Request, Samples, Topic, reading, what_is_left
+from infotraj.progress import reached
 from infotraj.rotations import Array
 
 _EXPECTED = "a ULog file"
@@ -21,6 +22,7 @@ _REMEDY = "Copy it again from the vehicle."
 _COMMANDS = ("actuator_motors", "actuator_outputs")
 # Speeds follow their commands within 20 to 50 ms; commands held for longer than that do not tell the thrust.
 _ROTOR_S = 0.025
+_EVERY = 1000  # reads, of which who waits is told
 
 
 class ULogFile:
@@ -116,7 +118,8 @@ class _Watched(io.BufferedReader):
     def __init__(self, path: Path) -> None:
         super().__init__(io.FileIO(path), buffer_size=1 << 20)
         self.short = False
-        self._missing = 0
+        self._missing = self._reads = 0
+        self._size = path.stat().st_size
 
     def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
         beyond, self._missing = self._missing, 0
@@ -125,6 +128,9 @@ class _Watched(io.BufferedReader):
     def read(self, size: int | None = -1) -> bytes:
         data = super().read(size)
         self._missing = max(0, (size or 0) - len(data))
+        self._reads += 1
+        if self._reads % _EVERY == 0:
+            reached("reading", self.tell(), self._size)
         if (size is not None and size > 0 and 0 < len(data) < size) or (size and size > 3 and not data):
             self.short = True
         return data
