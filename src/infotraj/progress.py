@@ -104,8 +104,11 @@ def step(number: int, of: int, words: str, *, alike: bool = False) -> None:
 
 
 def parts(lengths: Mapping[str, float]) -> None:
-    """Says of which parts a long computation is made that begins now, and about how long they are, in any unit."""
-    _plan[:] = [Plan(lengths, time.monotonic())]
+    """Says of which parts a long computation is made, and about how long they are, in any unit.
+
+    It begins with the first word about one of them: what is before has no known share.
+    """
+    _plan[:] = [Plan(lengths)]
 
 
 def pieces(part: str, count: int) -> None:

@@ -10,24 +10,27 @@ _LATE = 5.0  # s
 
 
 class Plan:
-    """Parts in their order, with lengths in any unit; times are s of one clock, given by the caller.
+    """Parts in their order, with lengths in any unit; times are s of one clock, given by the caller. The first word
+    about a part of it begins it: what was before does not count.
 
     Of what is done so far and how long that took follows how long the whole takes. A new word changes the old one
     by no more than what was done in between is of what was left, so that one unusual part does not throw it about.
     """
 
-    def __init__(self, lengths: Mapping[str, float], now: float) -> None:
+    def __init__(self, lengths: Mapping[str, float]) -> None:
         self._lengths = dict(lengths)
         self._each = dict(lengths)
-        self._begun = self._at = now
         self._part = next(iter(lengths))
         self._share, self._until = 0.0, 0.0
+        self._begun: float | None = None
+        self._passed = 0.0  # of the lengths, where it began
         self._total: float | None = None
 
     def pieces(self, part: str, count: int) -> None:
         """The part will be done so many times over; of one that is under way or done nothing changes."""
         names = list(self._lengths)
-        if part in names and names.index(part) > names.index(self._part):
+        begun = self._begun is not None
+        if part in names and names.index(part) >= names.index(self._part) + begun:
             self._lengths[part] = count * self._each[part]
 
     def reached(self, part: str, done: int, of: int, now: float) -> None:
@@ -37,19 +40,23 @@ class Plan:
         if part not in names or names.index(part) < names.index(self._part):
             return
         share, until = min(done / of, 1.0), min((done + 1) / of, 1.0)
-        if part == self._part and share <= self._share:
+        if part == self._part and share <= self._share and self._begun is not None:
             return
         before = self._done()
-        self._part, self._share, self._until, self._at = part, share, until, now
-        self._reckon(before)
+        self._part, self._share, self._until = part, share, until
+        if self._begun is None:
+            self._begun, self._passed = now, self._done()
+        else:
+            self._reckon(before, now - self._begun)
 
     def left(self, now: float) -> float | None:
         """s until all is done; None where that cannot be said: at the beginning, and where a piece takes so much longer
         than its share that the others' say nothing."""
-        if self._total is None:
+        if self._total is None or self._begun is None:
             return None
         expected = self._begun + self._total - now
-        least = self._total * (1.0 - self._done(self._until) / sum(self._lengths.values()))
+        whole = sum(self._lengths.values())
+        least = self._total * (whole - self._done(self._until)) / (whole - self._passed)
         return None if least - expected > max(least, _LATE) else max(expected, least)
 
     def _done(self, share: float | None = None) -> float:
@@ -58,12 +65,12 @@ class Plan:
         passed = sum(self._lengths[n] for n in names[: names.index(self._part)])
         return passed + self._lengths[self._part] * (self._share if share is None else share)
 
-    def _reckon(self, before: float) -> None:
-        whole, done, passed = sum(self._lengths.values()), self._done(), self._at - self._begun
-        if done < _FIRST * whole or passed <= 0.0:
+    def _reckon(self, before: float, took: float) -> None:
+        whole, done = sum(self._lengths.values()), self._done()
+        if done - self._passed < _FIRST * whole or took <= 0.0:
             return
-        total = passed * whole / done
+        total = took * (whole - self._passed) / (done - self._passed)
         if self._total is not None:
             weight = min(_TRUST * (done - before) / max(whole - before, 1e-9), 1.0)
             total = self._total ** (1.0 - weight) * total**weight
-        self._total = max(total, passed)
+        self._total = max(total, took)
