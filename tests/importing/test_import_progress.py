@@ -51,7 +51,7 @@ def test_messages_are_counted_as_they_are_read(kind, said, tmp_path):
     assert len(found) > 20
     assert found == sorted(found)
     assert found[0] < 0.1
-    assert 0.9 < found[-1] <= 1.0
+    assert 0.8 < found[-1] <= 1.0
     assert [part for part, _ in said][-1] == "checks"
     assert ("streams", 0.0) in said
     assert ("rows", 0.0) in said

@@ -106,7 +106,7 @@ def read_text(text: str) -> Messages:
     lines = text.splitlines()
     for number, line in enumerate(lines):
         if number % _EVERY == 0:
-            reached("reading", number, len(lines))
+            reached("reading", number, 2 * len(lines))
         parts = [p.strip() for p in line.split(",")]
         if parts[0] == "FMT" and len(parts) > 5:
             letters, columns = parts[4], tuple(parts[5:])
@@ -118,8 +118,11 @@ def read_text(text: str) -> Messages:
         elif line.strip():
             skipped += 1
     columns_of: dict[str, dict[str, Any]] = {}
+    done = 0  # messages whose cells are numbers
     for name, (letters, columns) in formats.items():
+        reached("reading", len(lines) + done, 2 * len(lines))
         kept = rows.get(name, [])
+        done += len(kept)
         columns_of[name] = {}
         for k, (column, letter) in enumerate(zip(columns, letters, strict=True)):
             cells = [row[k] for row in kept]

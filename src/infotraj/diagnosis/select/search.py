@@ -145,6 +145,7 @@ class Search:
 
     def best(self, now: Linear, exact: bool = False) -> Fit:
         """The most probable set of effects, fitted. now: where it begins; exact: it holds every number of the file."""
+        reached("searching")
         begun = Fit(now, *searched(now), self.known, exact=exact)
         found = self._from(begun)
         if not exact:
