@@ -93,3 +93,10 @@ def test_pieces_of_the_first_part_may_be_said_before_it_begins():
     plan.reached("search", 0, 1, 0.0)
     plan.reached("search", 1, 3, 10.0)
     assert plan.left(10.0) == pytest.approx(30.0)
+
+
+def test_of_nothing_all_is_done():
+    plan = begun(PARTS)
+    plan.reached("search", 0, 0, 5.0)
+    plan.reached("judge", 0, 1, 40.0)
+    assert plan.left(40.0) == pytest.approx(60.0)

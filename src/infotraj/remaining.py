@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 _FIRST = 0.05  # of the whole: until so much is done nothing is said
-_TRUST = 2.0  # of what was left: done since the last word, by half of that the new one replaces the old
-_LATE = 5.0  # s
+_TRUST = 2.0  # where half of what was left is done since, the new word replaces the old one
+_LATE = 5.0  # s that a piece may take longer than its share, or as long as all that comes after it
 
 
 class Plan:
     """Parts in their order, with lengths in any unit; times are s of one clock, given by the caller. The first word
     about a part of it begins it: what was before does not count.
 
-    Of what is done so far and how long that took follows how long the whole takes. A new word changes the old one
-    by no more than what was done in between is of what was left, so that one unusual part does not throw it about.
+    What is done so far and how long that took say how long the whole takes. What was said before is replaced the more,
+    the more of what was left then is done since: one unusual part does not throw it about.
     """
 
     def __init__(self, lengths: Mapping[str, float]) -> None:
@@ -39,7 +39,7 @@ class Plan:
         names = list(self._lengths)
         if part not in names or names.index(part) < names.index(self._part):
             return
-        share, until = min(done / of, 1.0), min((done + 1) / of, 1.0)
+        share, until = (min(k / max(of, 1), 1.0) for k in (done, done + 1))
         if part == self._part and share <= self._share and self._begun is not None:
             return
         before = self._done()
