@@ -57,7 +57,8 @@ _PARTS = {
     "structure": 2.0,
     "weighing": 3.5,
     "naming": 2.5,
-    "the new model": 12.0,
+    "the new model": 6.5,
+    "the file's numbers": 5.5,
     "judging again": 2.0,
     "errors": 3.0,
 }

@@ -68,15 +68,15 @@ def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
         made = _as_found(search, whole, labels) if inside else search.fitted(labels, whole, Scales(0.0))
         at_bound = beyond_bounds(made.members, observation.vehicle)
     else:
-        reached("the new model", 0, 3)
+        reached("the new model", 0, 2)
         made = search.fitted(labels, whole, Scales(0.0), go_on=True)
-        reached("the new model", 1, 3)
+        reached("the new model", 1, 2)
         of_ratio = _of_ratio(search, whole, labels, made, _ratio(search, whole, labels))
         made = next(iter(of_ratio.values()), made)
         at_bound = beyond_bounds(made.members, observation.vehicle)
         ratio = next(iter(of_ratio), None)
         asked = [*labels, ratio] if ratio and out_of_line(whole) else labels
-        reached("the new model", 2, 3)
+        reached("the file's numbers")
         corrected = _corrected(search, whole, made, asked)
         beside = (ratio,) if ratio and (corrected is None or ratio in asked) else ()
         if corrected is not None:

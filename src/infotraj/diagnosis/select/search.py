@@ -339,7 +339,7 @@ class Search:
             columns = sorted({*now.kept, *(c for i in now.labelled(labels) for c in now.choices[i].columns)})
             made = self._at(made, labels, now.weighed_beside(columns))
         for k in range(rounds):
-            reached("fitting", k, _ROUNDS)
+            reached("fitting", k, rounds)
             made, settled = (made, False) if go_on else self._nearer(made, labels, rounds)
             if settled:
                 break
