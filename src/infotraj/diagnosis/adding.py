@@ -30,7 +30,7 @@ from infotraj.flight import Flight, command_steps
 from infotraj.models import Model
 from infotraj.progress import parts, reached
 
-# % of what follows the first columns: means over six sets of 3 to 6 flights on 26 November 2026, each within 7 of them.
+# % of what follows the first columns: means over six sets of 3 to 6 flights on 26 November 2026, each within 15 of it.
 _PARTS = {"fitting": 50.0, "the new model": 13.0, "the file's numbers": 32.0, "errors": 5.0}
 
 
