@@ -7,7 +7,6 @@ are those of J. Sola, "Quaternion kinematics for the error-state Kalman filter" 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
@@ -42,42 +41,13 @@ def multiply(p: ArrayLike, q: ArrayLike) -> Array:
 
 def matrix(q: ArrayLike) -> Array:
     """Rotation matrix of a unit quaternion, (..., 3, 3); maps body vectors to the world."""
-    q = np.asarray(q, dtype=float)
-    return _matrices(np.ascontiguousarray(q).reshape(-1, 4)).reshape(*q.shape[:-1], 3, 3)
-
-
-@njit(cache=True)
-def _matrices(q):
-    out = np.empty((len(q), 3, 3))
-    for n in range(len(q)):
-        w, x, y, z = q[n, 0], q[n, 1], q[n, 2], q[n, 3]
-        out[n, 0, 0], out[n, 0, 1], out[n, 0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)
-        out[n, 1, 0], out[n, 1, 1], out[n, 1, 2] = 2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)
-        out[n, 2, 0], out[n, 2, 1], out[n, 2, 2] = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
-    return out
-
-
-def turned(matrices: Array, v: Array) -> Array:
-    """Body vectors v (N, 3) expressed in the world frame by rotation matrices (N, 3, 3)."""
-    return _turned(matrices, np.ascontiguousarray(v), False)
-
-
-def turned_back(matrices: Array, v: Array) -> Array:
-    """World vectors v (N, 3), or one (3,), expressed in the body frame by rotation matrices (N, 3, 3)."""
-    return _turned(matrices, np.ascontiguousarray(np.atleast_2d(v)), True)
-
-
-@njit(cache=True)
-def _turned(matrices, v, back):
-    out = np.empty((len(matrices), 3))
-    for n in range(len(matrices)):
-        m = min(n, len(v) - 1)
-        for i in range(3):
-            total = 0.0
-            for j in range(3):
-                total += (matrices[n, j, i] if back else matrices[n, i, j]) * v[m, j]
-            out[n, i] = total
-    return out
+    w, x, y, z = np.moveaxis(np.asarray(q, dtype=float), -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
 def to_world(q: ArrayLike, v_body: ArrayLike) -> Array:

@@ -11,7 +11,8 @@ from numba import njit
 
 from infotraj.dynamics.actuators import turned_about
 from infotraj.effects.laws import AirLaw
-from infotraj.rotations import Array, turned_back
+from infotraj.rotation_matrices import turned_back
+from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
 

@@ -10,7 +10,8 @@ from numba import njit
 from infotraj.effects.along import Along, OriginPath
 from infotraj.effects.base import Effect, Load, Parameter
 from infotraj.effects.first_swing import LEARNED, STATES, first_swing
-from infotraj.rotations import Array, turned_back
+from infotraj.rotation_matrices import turned_back
+from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
 _STEP = 0.005  # s, at most; a hundredth of the period of the shortest cable in use

@@ -8,7 +8,8 @@ from infotraj.effects.along import Along
 from infotraj.effects.base import Declared, Effect, Parameter
 from infotraj.effects.drag import force_only
 from infotraj.effects.rigid_body import arm_length
-from infotraj.rotations import Array, turned_back
+from infotraj.rotation_matrices import turned_back
+from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
 

@@ -10,7 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from infotraj import rotations
+from infotraj import rotation_matrices, rotations
 from infotraj.effects.laws import ImuLaw
 from infotraj.models.body import cross
 from infotraj.models.prediction import Kinematics
@@ -64,11 +64,11 @@ def _push(t: Array, velocity: Samples) -> Array:
 
 def _attitudes(t: Array, attitude: Samples) -> list[Array]:
     """Rotation matrices (n - 1, 3, 3) at Gauss' first and second point of every step."""
-    return [rotations.matrix(rotations.normalize(attitude.at(x))) for x in _gauss(t)]
+    return [rotation_matrices.matrices(rotations.normalize(attitude.at(x))) for x in _gauss(t)]
 
 
 def _push_by_imu(t: Array, force: Samples, turned: list[Array], gravity: float) -> Array:
-    first, second = (rotations.turned(r, force.at(x)) for r, x in zip(turned, _gauss(t), strict=True))
+    first, second = (rotation_matrices.turned(r, force.at(x)) for r, x in zip(turned, _gauss(t), strict=True))
     return _padded(0.5 * (first + second) - [0.0, 0.0, gravity])
 
 

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
-from infotraj import rotations
+from infotraj import rotation_matrices, rotations
 from infotraj.effects.along import OriginPath
 from infotraj.models.interpolation import interpolate
 from infotraj.models.recorded import Recorded, Samples, slopes
@@ -27,7 +27,7 @@ def origin_path(vehicle: Vehicle, r: Recorded, force: Samples | None, start: flo
         values = force.values
         if r.velocity is not None:
             values = values - _constant_error(times, turned, values, r.velocity, vehicle.gravity)
-        world = rotations.turned(turned, values)
+        world = rotation_matrices.turned(turned, values)
         sideways = _across_thrust(vehicle)
         if sideways is not None and r.velocity is not None:
             across = partial(_across, r.attitude, r.velocity, Samples(times, world), sideways, start)
@@ -46,7 +46,7 @@ def _constant_error(times: Array, turned: Array, force: Array, velocity: Samples
     until = (velocity.times >= times[0]) & (velocity.times <= times[-1])
     if until.sum() < 3:
         return np.zeros(3)
-    world = rotations.turned(turned, force) - np.array([0.0, 0.0, gravity])
+    world = rotation_matrices.turned(turned, force) - np.array([0.0, 0.0, gravity])
     gained = cumulative_trapezoid(world, times, axis=0, initial=0.0)
     along = cumulative_trapezoid(turned.reshape(-1, 9), times, axis=0, initial=0.0)
     at = velocity.times[until]

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from infotraj import rotations
+from infotraj import rotation_matrices, rotations
 from infotraj.dynamics.inputs import for_vehicle
 from infotraj.effects.along import Actuation, Along, Motion, OriginPath
 from infotraj.effects.laws import ActuatorLaw, AirLaw, ImuLaw
@@ -109,9 +109,9 @@ class Prepared:
         r = self.recorded
         attitude = height = velocity = None
         if r.attitude is not None:
-            attitude = rotations.matrix(rotations.normalize(_at(r.attitude, time)))
+            attitude = rotation_matrices.matrices(rotations.normalize(_at(r.attitude, time)))
         if r.velocity is not None and attitude is not None:
-            velocity = rotations.turned_back(attitude, _at(r.velocity, time))
+            velocity = rotation_matrices.turned_back(attitude, _at(r.velocity, time))
         if r.position is not None:
             height = _at(Samples(r.position.times, r.position.values[:, 2:]), time)[:, 0]
         battery = _at(r.battery, time)[:, 0] if r.battery is not None else None

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from infotraj import rotations
+from infotraj import rotation_matrices, rotations
 from infotraj.diagnosis.measure.residual import Channel, FlightSamples
 from infotraj.models import Prediction
 from infotraj.models.interpolation import interpolate
@@ -54,7 +54,7 @@ def named(samples: FlightSamples, prediction: Prediction, time: Array) -> dict[s
     if r.position is not None:
         out |= {f"p{a}": x for a, x in zip("xyz", at(r.position).T, strict=True)}
     if r.velocity is not None and attitude is not None:
-        v = rotations.turned_back(attitude, at(r.velocity))
+        v = rotation_matrices.turned_back(attitude, at(r.velocity))
         out |= {f"v{a} body": v[:, i] for i, a in enumerate("xyz")}
         out |= {f"|v{a}|v{a} body": np.abs(v[:, i]) * v[:, i] for i, a in enumerate("xyz")}
         out["|v|"] = np.linalg.norm(v, axis=1)

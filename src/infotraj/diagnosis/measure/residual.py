@@ -18,7 +18,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from infotraj import rotations
+from infotraj import rotation_matrices, rotations
 from infotraj.checking.airborne import airborne_rows
 from infotraj.effects.channels import is_derived
 from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
@@ -267,9 +267,9 @@ def _velocity(samples: FlightSamples, prediction: Prediction, c: Channel) -> Arr
     kept, velocity, attitude = samples.prepared.kept, _had(r.velocity), _had(r.attitude)
 
     def turned() -> Array:
-        return rotations.matrix(rotations.normalize(attitude.at(np.append((t[1:] + t[:-1]) / 2, t[-1]))))
+        return rotation_matrices.matrices(rotations.normalize(attitude.at(np.append((t[1:] + t[:-1]) / 2, t[-1]))))
 
-    mean = rotations.turned(kept.get("attitude half way", None, turned), prediction.specific_force_mean)
+    mean = rotation_matrices.turned(kept.get("attitude half way", None, turned), prediction.specific_force_mean)
     v = kept.get("velocity at rows", None, lambda: velocity.at(t))
     return v[c.last] - v[c.first] - _steps(t, mean - [0.0, 0.0, samples.prepared.vehicle.gravity], c)
 
