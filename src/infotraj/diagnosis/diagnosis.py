@@ -47,8 +47,8 @@ _TORQUES = frozenset(a for a in AXES if a[0] == "t")
 _STEPS = 3  # that who waits is told of
 # How long the parts of a diagnosis take from the search on, % of it with four effects in the set; weighing and naming
 # are of one effect. Means over 13 diagnoses of 4 to 60 s, four of made flights and nine of real ones, on 26 November
-# 2026, another start's of two later ones. What comes before the search has no steady share of the whole: the first
-# columns and swings took 4 to 47 %.
+# 2026; another start's is what two later ones, ACSL X8 and CrazyPAD, took more with it, and how often it comes a guess.
+# What comes before the search has no steady share of the whole: the first columns and swings took 4 to 47 %.
 _PARTS = {
     "searching": 17.0,
     "searching anew": 20.0,

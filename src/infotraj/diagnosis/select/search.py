@@ -168,7 +168,7 @@ class Search:
         other = replace(begun, chosen=solution.chosen, scales=_ORDINARY, solution=solution)
         if set(other.labels) == set(begun.labels):
             return found
-        pieces("another start", 3)  # of three diagnoses one begins twice
+        pieces("another start", 3)  # times its mean, as if one diagnosis in three began twice
         reached("another start")
         other = self._anew(self._from(other))
         return other if net_of(other) < net_of(found) - TELLS else found
