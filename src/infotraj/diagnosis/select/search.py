@@ -113,11 +113,28 @@ class Fit:
     @property
     def worth(self) -> float:
         """Its score where the numbers are that its model was made linear around, not where that leads."""
-        return self.solution.score - 0.5 * max(_gain_left(self.linear, self.solution), 0.0)
+        return self.solution.score - 0.5 * max(self.gain_left, 0.0)
 
     def may_fall(self, share: float) -> bool:
         """Whether the error would still fall by more than a share of what the solution leaves."""
-        return _gain_left(self.linear, self.solution) > share * self.linear.absent.whole_error(self.solution.theta)
+        return self.gain_left > share * self.linear.absent.whole_error(self.solution.theta)
+
+    @cached_property
+    def gain_left(self) -> float:
+        """By how much the weighted squared error would still fall from where the model is to the solution's numbers.
+
+        Numbers that are left to the linear model, for they change little, are where they are in both.
+        """
+        now, theta = self.linear, self.solution.theta
+        moving = {m.candidate.label for m in (*now.point, *self.next_point(theta))}
+        here = np.where([c.candidate.label in moving for c in now.columns], now.now, theta)
+        return float(now.absent.whole_error(here) - now.absent.whole_error(theta))
+
+    def next_point(self, numbers: Array) -> tuple[Member, ...]:
+        """What the model is computed with at numbers (p,): every number of the file, or those that change much."""
+        if self.exact:
+            return self.linear.members(self.chosen, numbers, shift=0.0, straight=True)
+        return self.linear.members(self.chosen, numbers, shift=_LOOSE)
 
     def error(self, theta: Array) -> Array:
         """Weighted squared error (axes, blocks) with numbers theta (p,), or (folds, p): each fold under its own."""
@@ -186,7 +203,7 @@ class Search:
             chosen, scales, solution = searched(now, now.labelled(before), made.scales, self.barred.keys())
             made = replace(made, chosen=chosen, scales=scales, solution=solution)
             self._say(now, chosen, scales, solution)
-            if set(before) == set(made.labels) and _gain_left(now, solution) < _SETTLED:
+            if set(before) == set(made.labels) and made.gain_left < _SETTLED:
                 break
         return made
 
@@ -348,7 +365,7 @@ class Search:
             if made.exact and k and after.worth < made.worth:
                 break
             made = after
-            if abs(_gain_left(made.linear, made.solution)) < _SETTLED:
+            if abs(made.gain_left) < _SETTLED:
                 break
         return made
 
@@ -358,12 +375,12 @@ class Search:
         if (not made.exact and not beside_file) or any(made.linear.variants[i] is not None for i in made.chosen):
             return made, False
         for k in range(_CHEAP * rounds):
-            now, promised = made.linear, _gain_left(made.linear, made.solution)
+            now, promised = made.linear, made.gain_left
             moved = now.moved(now.members(made.chosen, made.solution.theta, shift=0.0, straight=True))
             if moved is None:
                 break
             after = self._at(made, labels, moved)
-            left = abs(_gain_left(moved, after.solution))
+            left = abs(after.gain_left)
             if k == 0:
                 here, there, came = (
                     now.sums.whole_error(np.zeros(now.sums.width)),
@@ -411,8 +428,7 @@ class Search:
         for numbers in self._on_the_way(made):
             # Beside all that the file is off by, as the linear model has it.
             tried = now.members(chosen, numbers, shift=0.0, straight=True)
-            point = tried if made.exact else now.members(chosen, numbers, shift=_LOOSE)
-            left.append((0.0 if np.array_equal(theta, now.now) else self._error(now, tried), point))
+            left.append((0.0 if np.array_equal(theta, now.now) else self._error(now, tried), made.next_point(numbers)))
             if left[-1][0] <= allowed:
                 break
         point = min(left, key=lambda x: x[0])[1]
@@ -468,9 +484,3 @@ def searched(
         solution = now.scorer(scales).search(2, every, first.chosen, exhaustive=1)
     return solution.chosen, scales, solution
 
-
-def _gain_left(now: Linear, solution: Solution) -> float:
-    """By how much the weighted squared error would still fall from where the model is to the solution's numbers."""
-    here = now.sums.whole_error(np.zeros(now.sums.width))
-    there = now.absent.whole_error(solution.theta)
-    return float(here - there)
