@@ -1,4 +1,4 @@
-"""Which rows are in the air where only the height tells."""
+"""Which rows are in the air where only the height tells, and where only motors do."""
 
 import numpy as np
 import pandas as pd
@@ -20,3 +20,16 @@ def test_a_rest_of_a_second_at_either_end_says_where_the_ground_is(at_the_end):
     on_ground = (T[-1] - T if at_the_end else T) < rest
     assert not found.rows[on_ground].any()
     assert found.rows[~on_ground].mean() > 0.95
+
+
+@pytest.mark.parametrize("minutes", [1, 10])
+@pytest.mark.parametrize("prefix", ["rotor_", "cmd_rotor_"])
+def test_a_short_flight_after_minutes_of_idling_motors_is_the_flight(minutes, prefix):
+    t = np.arange(0.0, 60.0 * minutes, 0.02)
+    flies = (t >= 40.0) & (t < 42.5)
+    speed = np.where(flies, 600.0 + 30.0 * np.sin(5 * t), 120.0)
+    speed[[100, 1000, 1500]] = 3000.0  # spikes of the log
+    found = airborne_rows(Flight(pd.DataFrame({"t": t} | {f"{prefix}{i}": speed for i in range(4)})))
+    flown = found.rows.copy()
+    flown[[100, 1000, 1500]] = flies[[100, 1000, 1500]]
+    np.testing.assert_array_equal(flown, flies)

@@ -21,6 +21,7 @@ MOTORS_ON_SHARE = 0.5
 DEPARTURE = 0.15
 STILL_SPEED = 0.02
 SHORTEST_FLIGHT = 1.0
+_SPIKES = 0.05  # of a short log's rows, which do not count as a level that is held
 # So long (s) and so high (m) with motors on is a flight, whatever a flag says.
 CLEARLY_LONG = 3.0
 CLEARLY_HIGH = 0.5
@@ -156,9 +157,10 @@ def _motors_on(flight: Flight) -> tuple[Mask, str] | None:
 
 
 def _on(t: Array, level: Array) -> Mask:
-    # the flying level from the median of the upper half of the range: spikes and a long stay on the ground do not move
-    # it
-    top = np.percentile(level, 95)
+    # The flying level from the median of the upper half of the range that is held for as long as the shortest flight:
+    # spikes and a long stay on the ground, motors idling, do not move it.
+    held = SHORTEST_FLIGHT / max(len(t) * np.median(np.diff(t)), SHORTEST_FLIGHT) if len(t) > 1 else 1.0
+    top = np.quantile(level, 1.0 - min(held, _SPIKES))
     if top <= 0:
         return np.zeros(len(level), dtype=bool)
     on = level > MOTORS_ON_SHARE * np.median(level[level > 0.5 * top])
