@@ -1,5 +1,6 @@
 """Data that cannot say which effect is missing: no name is supported, and the reason is given."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import exact_simulation
@@ -13,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from infotraj.checking.acceptance import accepting
 from infotraj.comparing.equation_error import AXES, EquationError
 from infotraj.diagnosis.diagnosis import diagnose
-from infotraj.diagnosis.gates.agreement import contradictions
+from infotraj.diagnosis.gates.agreement import contradictions, still_doubtful
 from infotraj.diagnosis.gates.premises import _thin, doubts, examined
 from infotraj.diagnosis.judge.verdicts import CONFIDENT
 from infotraj.diagnosis.report.summary import as_dict, as_text
@@ -262,10 +263,13 @@ def test_a_response_that_is_early_on_one_axis_alone_is_said_and_refuses_nothing(
     measured[:, 0] = shifted(t, -0.1)
     some = dict(floor=np.full(6, 0.01), red=np.ones(6), unit={}, force_from="", window=0.15, reasons={}, left_out={})
 
-    def found(measured, axes):
+    def errors(measured, axes):
         keep = np.full((len(t), 6), np.nan)
         keep[:, axes] = measured[:, axes]
-        return contradictions([EquationError(t, keep, predicted, **some)], model("quadrotor").vehicle)
+        return [EquationError(t, keep, predicted, **some)]
+
+    def found(measured, axes):
+        return contradictions(errors(measured, axes), model("quadrotor").vehicle)
 
     (alone,) = found(measured, [0])
     assert not alone.counts
@@ -275,6 +279,12 @@ def test_a_response_that_is_early_on_one_axis_alone_is_said_and_refuses_nothing(
     (late,) = found(every, [0, 2, 3, 4])
     assert late.counts
     assert late.code == "response_before_command"
+    # What is left of a doubt beside the model that is given: what it explains is no response before its cause.
+    better, same = errors(predicted + noise, [0]), errors(measured, [0])
+    vehicle = model("quadrotor").vehicle
+    other = replace(alone, code="rotors_saturated")
+    assert still_doubtful((alone, other, late), better, vehicle) == (other, late)
+    assert still_doubtful((alone, other, late), same, vehicle) == (alone, other, late)
 
 
 @pytest.mark.parametrize("name", ["quadrotor", "omav"])

@@ -12,7 +12,7 @@ import numpy as np
 from infotraj.checking.acceptance import accepted_in
 from infotraj.comparing.equation_error import AXES
 from infotraj.comparing.statistics import Statistics, statistics
-from infotraj.diagnosis.gates import premises, refusal
+from infotraj.diagnosis.gates import agreement, premises, refusal
 from infotraj.diagnosis.gates.doubt import Doubt, as_accepted, of_residual, once, refused_axes, with_mixed
 from infotraj.diagnosis.gates.level import as_level
 from infotraj.diagnosis.gates.observing import observe
@@ -218,7 +218,9 @@ def diagnose(
     after_model = observation.model(added) if chosen else model
     as_given = refusal.compared(model, seen, start, stop)
     before = statistics(as_given)
-    after = refusal.errors(after_model, seen, start, stop) if chosen else before
+    as_found = refusal.compared(after_model, seen, start, stop) if chosen else as_given
+    after = statistics(as_found) if chosen else before
+    doubts = agreement.still_doubtful(doubts, as_found, vehicle)
     # With the healthy numbers as they are a change would be as sure as if they were known.
     surer = final if healthy is None or not set(final.labels) <= set(told.labels) else told
     numbers = dict(zip((m.candidate.label for m in surer.members), fitted_numbers(surer), strict=True))

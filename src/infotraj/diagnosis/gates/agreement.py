@@ -25,6 +25,7 @@ _LEAD = 0.015  # s beyond the slowest declared actuator: an earlier response is 
 _ALIKE = 0.02  # s by which the lags of axes and flights may differ where one shift of the clock makes them
 _UNDONE = 0.2  # of the disagreement that a shift of the clock leaves
 _BAD = 0.1  # 1 - r^2 as stamped: with less the model says enough of the motion as it is
+_BEFORE = "response_before_command"
 _DRIFT = 2.0  # s: slower changes are left out, they may be anything
 
 
@@ -74,6 +75,17 @@ def contradictions(errors: Sequence[EquationError], vehicle: Vehicle) -> list[Do
         return [_unrelated(against, unrelated, faint, follow, vehicle)]
     early = _early(related, lags, vehicle, step)
     return [] if early is None else [early]
+
+
+def still_doubtful(doubts: Sequence[Doubt], errors: Sequence[EquationError], vehicle: Vehicle) -> tuple[Doubt, ...]:
+    """The doubts, without a response before its cause that refuses nothing and is gone with what the model lacked.
+
+    errors: of the model that is given.
+    """
+    early = [d for d in doubts if d.code == _BEFORE and not d.refuses]
+    if not early or any(d.code == _BEFORE for d in contradictions(errors, vehicle)):
+        return tuple(doubts)
+    return tuple(d for d in doubts if d not in early)
 
 
 def _at_best(pairs: Sequence[tuple[Array, Array]], lags: Array, step: float) -> tuple[Array, float]:
@@ -164,7 +176,7 @@ def _early(related: Mapping[str, _Lagged], lags: Array, vehicle: Vehicle, step: 
         reason += "they are stamped late or held, and no effect of the actuators can be told from that"
     else:
         reason += "not sure enough to refuse, for missing physics shifts a correlation, too; doubt delays and lags"
-    return Doubt("response_before_command", "time stamps", reached(vehicle) if sure else (), reason, refuses=sure)
+    return Doubt(_BEFORE, "time stamps", reached(vehicle) if sure else (), reason, refuses=sure)
 
 
 def _noise(e: EquationError, i: int) -> float:
