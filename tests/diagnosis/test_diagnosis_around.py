@@ -37,6 +37,24 @@ def before(**effects):
     return SimpleNamespace(vehicle=VEHICLE, base=lambda c: effects.get(c.name) or c.absent(VEHICLE))
 
 
+@pytest.mark.parametrize("held", [None, ()])
+def test_a_number_that_stays_absent_is_fitted_by_nothing_and_the_others_take_its_part(held):
+    def rows(rng, _):
+        x = np.zeros((ROWS, 3))
+        x[:, 1] = rng.standard_normal(ROWS)
+        x[:, 2] = 0.5 * x[:, 1] + rng.standard_normal(ROWS)
+        x[:, 0] = x[:, 1] + x[:, 2] + 0.1 * rng.standard_normal(ROWS)
+        return x
+
+    _, whole = linear_fit(["linear_drag", "quadratic_drag"], rows, ["linear_drag", "quadratic_drag"])
+    assert whole.solution.theta == pytest.approx([1.0, 1.0], abs=0.02)
+    whole.linear.observation.still = frozenset({("linear_drag", 0)})
+    theta = whole.linear.scorer(Scales(0.0), held).solution((0, 1)).theta
+    assert theta == pytest.approx([0.0, 1.0 + 0.5 / 1.25], abs=0.03)
+    made = whole.linear.members((0, 1), np.array([1.0, 1.0]), shift=0.0)
+    assert [np.any(m.effect.values["d"]) for m in made] == [False, True]
+
+
 def test_a_column_counts_in_usual_sizes_from_what_was_before():
     delay = candidate("actuation_delay")
     absent = _column(delay, 0, 0.03, before())

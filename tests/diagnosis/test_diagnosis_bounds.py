@@ -14,8 +14,12 @@ from exact_simulation import fly
 from infotraj.diagnosis.adding import add
 from infotraj.diagnosis.diagnosis import diagnose
 from infotraj.diagnosis.judge.verdicts import CONFIDENT
+from infotraj.diagnosis.linear.candidates import Candidate
+from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.report.command import add_command, diagnose_command
-from infotraj.diagnosis.select.bounds import beyond_bounds
+from infotraj.diagnosis.select.bounds import beyond_bounds, parts_beyond
+from infotraj.diagnosis.select.search import Search
+from infotraj.effects import effect_class
 from infotraj.errors import UsageError
 from infotraj.flight import Flight
 from infotraj.models import Model
@@ -43,6 +47,40 @@ def stormy():
 def heavy():
     """An inertia about y of twelve times the file's."""
     return flights({"inertia_error": {"dxx": 0.0, "dyy": 11.0 * CONTENT["inertia"]["yy"], "dzz": 0.0}})
+
+
+def member(name, **values):
+    cls = effect_class(name)
+    return Member(Candidate(cls, tuple(p for p in cls.parameters if not p.index)), cls(**values))
+
+
+@pytest.mark.parametrize(
+    ("effect", "parts"),
+    [
+        (member("wind", v=[-4.0, 0.1, 3.0]), (2,)),
+        (member("wind", v=[25.0, 0.1, -3.0]), (0, 2)),
+        (member("wind", v=[-4.0, 0.1, 2.9]), ()),
+        (member("wind", v=[0.0, 0.0, 3.0]), ()),  # nothing of it would be left
+        (member("wind", v=[25.0, 25.0, 3.0]), ()),
+        (member("thrust_exponent", n=3.0), ()),  # no vector
+    ],
+)
+def test_of_a_vector_the_numbers_at_a_bound_are_told_from_those_that_are_not(effect, parts):
+    vehicle = load_vehicle(VEHICLE)
+    assert parts_beyond(effect, vehicle) == parts
+    assert bool(beyond_bounds([effect], vehicle)) == (effect.effect.values != {"v": [-4.0, 0.1, 2.9]})
+
+
+def test_what_ends_at_a_bound_stays_absent_and_the_rest_of_the_vector_is_fitted():
+    """The third number of a wind is held at nothing, in the fit and in the model; what was held before stays held."""
+    wind = member("wind", v=[-4.0, 0.1, 3.0])
+    search = Search(Observation(load_vehicle(VEHICLE), (), (), None), (wind.candidate,), ())
+    assert not search.hold_parts([wind], {"linear_drag": "another one's bound"})
+    assert search.hold_parts([wind], {"wind": "its bound"})
+    assert search.observation.still == {("wind", 2)}
+    assert not search.hold_parts([wind], {"wind": "its bound"})
+    healthy = replace(Observation(load_vehicle(VEHICLE), (), (), None), healthy=object())
+    assert not Search(healthy, (wind.candidate,), ()).hold_parts([wind], {"wind": "its bound"})
 
 
 @pytest.mark.long

@@ -74,7 +74,7 @@ def test_a_number_that_the_new_model_has_elsewhere_is_as_uncertain_as_the_two_di
 def test_what_is_held_back_is_said_of_what_is_named_beside_its_own_reason():
     pair = alike(PAIR)
     plausible = Finding("wind", "Plausible", ("wind",), None, {}, {}, "little")
-    held = SimpleNamespace(held_back={"thrust_scale 0": "without it", "wind": "without it"})
+    held = {"thrust_scale 0": "without it", "wind": "without it"}
     mass, thrust, wind = _with_held_back((*pair, plausible), held)
     assert (mass.reason, thrust.reason, wind.reason) == ("cannot tell", "cannot tell; without it", "little")
 

@@ -50,7 +50,12 @@ def drag_on(sizes):
     columns = tuple(Column(candidate, i, p.scale, 0.0, -np.inf, np.inf) for i, p in enumerate(at))
     linear = Linear(
         SimpleNamespace(
-            vehicle=VEHICLE, command_step=0.005, healthy=None, scatter={}, base=lambda c: c.absent(VEHICLE)
+            vehicle=VEHICLE,
+            command_step=0.005,
+            healthy=None,
+            scatter={},
+            still=frozenset(),
+            base=lambda c: c.absent(VEHICLE),
         ),
         (Member(candidate, candidate.absent(VEHICLE)),),
         columns,

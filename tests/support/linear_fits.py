@@ -50,6 +50,7 @@ def linear_fit(
         command_step=0.005,
         healthy=None,
         scatter={},
+        still=frozenset(),
         ignored=frozenset(),
         balance=frozenset(),
         base=lambda c: c.absent(VEHICLE),
@@ -57,7 +58,7 @@ def linear_fit(
     point = tuple(Member(c, c.absent(VEHICLE)) for c in candidates)
     choices = tuple(Choice(n, (k,), 3.0) for k, n in enumerate(names))
     weights: Any = None
-    linear = Linear(observation, point, columns, choices, (None,), (), weights, sums)
+    linear = Linear(observation, point, columns, choices, (None,) * len(choices), (), weights, sums)
     scales = Scales(0.0)
     scorer = linear.scorer(scales)
 

@@ -66,6 +66,9 @@ def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
             findings = _demoted(tuple(out.get(f.name, f) for f in findings), why, impossible)
         made = given(search, told, _labels(told, named(findings), {n: r.label for n, r in stand.items()}))
         at_bound = beyond_bounds(told.members, vehicle) | made.at_bound
+        if search.hold_parts((*told.members, *made.fit.members), at_bound):
+            told, changed = search.without_parts(told), True
+            continue
         ended = at_bound | made.lost
         confident = {f.name for f in findings if f.verdict in CONFIDENT}
         # Of several rotors of one name one may go alone.
@@ -73,7 +76,8 @@ def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
         lost = {n: r for x, r in ended.items() if (n := x.split()[0]) in confident and set(of_name[n]) <= ended.keys()}
         rest = [x for x in told.labels if x not in ended or x.split()[0] not in confident]
         if not lost and len(rest) == len(told.labels):
-            findings, made = with_ratio(_with_held_back(findings, made), told, made, asked.rng)
+            findings = _with_held_back(findings, made.held_back | _still(told))
+            findings, made = with_ratio(findings, told, made, asked.rng)
             return _with_apart(findings, made), told, made
         why |= lost
         impossible |= lost.keys() & {x.split()[0] for x in at_bound.keys() - made.lost.keys()}
@@ -114,9 +118,20 @@ def _demoted(
     return tuple(out)
 
 
-def _with_held_back(findings: tuple[Finding, ...], made: Given) -> tuple[Finding, ...]:
-    """The findings, with what the model that is given holds back of them."""
-    by_name = {label.split()[0]: reason for label, reason in made.held_back.items()}
+def _still(told: Fit) -> dict[str, str]:
+    """Labels of effects of which numbers stay absent, and why."""
+    out: dict[str, list[str]] = {}
+    for m in told.members:
+        at = m.places(told.linear.observation.vehicle)
+        for label, k in sorted(told.linear.observation.still):
+            if label == m.candidate.label:
+                out.setdefault(label, []).append(f"{at[k].parameter}[{at[k].component}]")
+    return {x: f"without {', '.join(names)}, of which a fit ends at a physical bound" for x, names in out.items()}
+
+
+def _with_held_back(findings: tuple[Finding, ...], held_back: Mapping[str, str]) -> tuple[Finding, ...]:
+    """The findings, with what is held back of them and why."""
+    by_name = {label.split()[0]: reason for label, reason in held_back.items()}
     return tuple(
         replace(f, reason="; ".join(filter(None, [f.reason, by_name[f.name]])))
         if f.name in by_name and f.verdict in CONFIDENT

@@ -44,7 +44,8 @@ class Observation:
 
     ignored: axes of no weight; command_step: s, the longest time between rows with commands; healthy: what these
     flights are held against, in place of the vehicle file; balance: axes of which only the balance over seconds counts;
-    scatter: by label and place, what a number differs by from flight to flight, usual sizes.
+    scatter: by label and place, what a number differs by from flight to flight, usual sizes; still: label and place of
+    numbers that stay absent.
     """
 
     vehicle: Vehicle
@@ -56,6 +57,7 @@ class Observation:
     healthy: Healthy | None = None
     balance: frozenset[str] = frozenset()
     scatter: Mapping[tuple[str, int], float] = field(default_factory=dict)
+    still: frozenset[tuple[str, int]] = frozenset()
 
     @property
     def flights(self) -> list[Flight]:

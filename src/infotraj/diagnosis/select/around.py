@@ -19,6 +19,7 @@ from infotraj.diagnosis.select.score import Choice, Scorer
 from infotraj.effects.base import Effect
 from infotraj.rotations import Array
 
+_STILL = 1e-6  # usual sizes: deviation of a number that stays absent
 _NEAR = 0.3  # usual sizes within which a number's column stays what it is
 
 
@@ -97,7 +98,8 @@ class Linear:
             prior = self.prior(scales)
             return Scorer(at_mean, self.choices, self.kept, prior, low - mean, high - mean, mean, self.scatter)
         if held is None:
-            return Scorer(self.absent, self.choices, self.kept, self.prior(scales), low, high, None, self.scatter)
+            known = (self.prior(scales), low, high, None, self.scatter, self._slab(scales))
+            return Scorer(self.absent, self.choices, self.kept, *known)
         given = self._numbers(held)
         shifted = self.absent.shifted(given)
         slab = self._slab(scales)
@@ -128,10 +130,12 @@ class Linear:
     def _slab(self, scales: Scales) -> Array:
         """Deviation (p,) of the numbers of what is chosen: what corrects the file is as far off as files are."""
         corrects = np.array([c.candidate.label in scales.corrects for c in self.columns], dtype=bool)
+        still = np.array([(c.candidate.label, c.place) in self.observation.still for c in self.columns], dtype=bool)
+        slab = np.where(still, _STILL, SLAB)
         if not corrects.any():
-            return np.full(len(self.columns), SLAB)
+            return slab
         of_files = self._of_files(scales)
-        return np.where(corrects & (of_files > 0), of_files, SLAB)
+        return np.where(corrects & (of_files > 0), of_files, slab)
 
     def _of_files(self, scales: Scales) -> Array:
         """Deviation (p,) of every column's number in files, 0 for what is no number of a file."""
@@ -250,7 +254,9 @@ class Linear:
             if not taken and not (loose and theta[i] != 0.0):
                 continue
             candidates[label] = c.candidate
-            by_label.setdefault(label, {})[c.place] = (theta[i] + (c.now if c.idle else 0.0)) * c.scale
+            number = theta[i] + (c.now if c.idle else 0.0)
+            stays = (label, c.place) in self.observation.still
+            by_label.setdefault(label, {})[c.place] = 0.0 if stays else number * c.scale
             moved[label] = moved.get(label, 0.0) + theta[i] ** 2 * gram[i]
         out = []
         for label, numbers in by_label.items():

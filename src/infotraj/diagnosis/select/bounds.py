@@ -20,9 +20,25 @@ def beyond_bounds(members: Sequence[Member], vehicle: Vehicle) -> dict[str, str]
     """
     found = {}
     for m in members:
-        at = m.places(vehicle)
-        for p, x, value in zip(at, read(m.effect, at), raw(m.effect, at), strict=True):
-            bounds = [b for b in (p.low, p.high) if np.isfinite(b) and abs(b - p.absent) > 1e-9 * max(1.0, abs(b))]
-            if any(abs(x - b) <= _SHORT * abs(b - p.absent) for b in bounds):
-                found[m.candidate.label] = f"the fit ends at the physical bound of {p.parameter} ({value:.3g})"
+        values = raw(m.effect, m.places(vehicle))
+        for k in _ended(m, vehicle):
+            parameter = m.places(vehicle)[k].parameter
+            found[m.candidate.label] = f"the fit ends at the physical bound of {parameter} ({values[k]:.3g})"
     return found
+
+
+def parts_beyond(m: Member, vehicle: Vehicle) -> tuple[int, ...]:
+    """The numbers of a vector that are at a physical bound, where others of it are not; places in the effect's form."""
+    at, ended = m.places(vehicle), _ended(m, vehicle)
+    inside = {p.parameter for k, p in enumerate(at) if k not in ended and read(m.effect, at)[k] != p.absent}
+    return tuple(k for k in ended if at[k].parameter in inside)
+
+
+def _ended(m: Member, vehicle: Vehicle) -> list[int]:
+    at = m.places(vehicle)
+    out = []
+    for k, (p, x) in enumerate(zip(at, read(m.effect, at), strict=True)):
+        bounds = [b for b in (p.low, p.high) if np.isfinite(b) and abs(b - p.absent) > 1e-9 * max(1.0, abs(b))]
+        if any(abs(x - b) <= _SHORT * abs(b - p.absent) for b in bounds):
+            out.append(k)
+    return out

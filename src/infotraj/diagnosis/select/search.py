@@ -6,7 +6,7 @@ made linear again around what was found (Gauss and Newton), file numbers include
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -18,7 +18,7 @@ from infotraj.diagnosis.linear.candidates import Candidate
 from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.noise.spectra import binned, spectra
 from infotraj.diagnosis.select.around import Linear, linearised
-from infotraj.diagnosis.select.bounds import beyond_bounds
+from infotraj.diagnosis.select.bounds import beyond_bounds, parts_beyond
 from infotraj.diagnosis.select.predicting import TELLS, net_of
 from infotraj.diagnosis.select.prior import Scales, is_file_number
 from infotraj.diagnosis.select.scaling import scaled
@@ -262,11 +262,33 @@ class Search:
                 self.damped = True
                 made = self._climbed(made)
                 continue
+            if self.hold_parts(made.members, ended):
+                made = self._from(self.without_parts(made))
+                continue
             sets = {x: tuple(i for i in made.chosen if made.linear.choices[i].label != x) for x in ended}
             least = list(ended)[int(np.argmax(made.scorer.scores(list(sets.values()))))]
             self.barred[least] = ended[least]
             chosen, scales, solution = searched(made.linear, sets[least], made.scales, self.barred.keys())
             made = self._from(replace(made, chosen=chosen, scales=scales, solution=solution))
+
+    def hold_parts(self, members: Sequence[Member], ended: Mapping[str, str]) -> bool:
+        """Has numbers of a vector that end at a bound stay absent from here on, where others of it do not; whether any.
+
+        A wind from below of more than any wind says that something else is wrong along z, and nothing of the wind from
+        the side. ended: labels of effects at a bound.
+        """
+        vehicle = self.observation.vehicle
+        still = {(m.candidate.label, k) for m in members for k in parts_beyond(m, vehicle)}
+        still = {(x, k) for x, k in still if x in ended} - self.observation.still
+        if not still or self.observation.healthy is not None:
+            return False
+        self.observation = replace(self.observation, still=self.observation.still | still)
+        return True
+
+    def without_parts(self, made: Fit) -> Fit:
+        """The same set without the numbers that stay absent."""
+        now = replace(made.linear, observation=self.observation)
+        return self.fitted(made.labels, replace(made, linear=now), go_on=True)
 
     def _empty(self, made: Fit) -> Fit:
         """The model that is given, and no number of its file moved."""
@@ -483,4 +505,3 @@ def searched(
         scales = scaled(now, first.chosen, common.common)
         solution = now.scorer(scales).search(2, every, first.chosen, exhaustive=1)
     return solution.chosen, scales, solution
-
