@@ -55,6 +55,26 @@ def test_a_number_that_stays_absent_is_fitted_by_nothing_and_the_others_take_its
     assert [np.any(m.effect.values["d"]) for m in made] == [False, True]
 
 
+def test_a_number_that_the_point_leaves_to_the_linear_model_is_no_step_that_is_left():
+    """A reaction torque that is hardly off stays linear: what its number explains is explained."""
+
+    def rows(rng, _):
+        x = np.zeros((ROWS, 3))
+        x[:, 1:] = rng.standard_normal((ROWS, 2))
+        x[:, 0] = 1.5 * x[:, 1] + 0.05 * x[:, 2] + rng.standard_normal(ROWS)
+        return x
+
+    _, whole = linear_fit(["linear_drag", "moment_scale"], rows, ["linear_drag"])
+    now, scales = replace(whole.linear, point=()), Scales(9.0)
+    made = replace(whole, linear=now, scales=scales, solution=now.scorer(scales).solution((0,)))
+    left = now.sums.whole_error(made.solution.theta)
+    of_drag, of_both = (now.sums.whole_error(x) - left for x in (np.array([0.0, made.solution.theta[1]]), np.zeros(2)))
+    assert abs(of_both - of_drag) > 0.5
+    assert made.gain_left == pytest.approx(of_drag, rel=1e-9)
+    # Where every number of the file is computed, its step is left, too.
+    assert replace(made, exact=True).gain_left == pytest.approx(of_both, rel=1e-9)
+
+
 def test_a_column_counts_in_usual_sizes_from_what_was_before():
     delay = candidate("actuation_delay")
     absent = _column(delay, 0, 0.03, before())
