@@ -262,9 +262,6 @@ class Search:
                 self.damped = True
                 made = self._climbed(made)
                 continue
-            if self.hold_parts(made.members, ended):
-                made = self._from(self.without_parts(made))
-                continue
             sets = {x: tuple(i for i in made.chosen if made.linear.choices[i].label != x) for x in ended}
             least = list(ended)[int(np.argmax(made.scorer.scores(list(sets.values()))))]
             self.barred[least] = ended[least]
