@@ -15,6 +15,7 @@ from infotraj.effects.laws import ImuLaw
 from infotraj.models.body import cross
 from infotraj.models.prediction import Kinematics
 from infotraj.models.prepared import Prepared
+from infotraj.models.quieted import fastest, quieted
 from infotraj.models.recorded import Samples
 from infotraj.rotations import Array
 
@@ -38,10 +39,16 @@ def kinematics(prepared: Prepared, imu: ImuLaw) -> Kinematics:
     if attitude is not None and rate is not None:
         turn = prepared.kept.get("turn", None, partial(_turn, r.t, attitude))
         turn_by_imu = _turn_by_imu(r.t, rate)
+        if prepared.quiet:
+            cut = prepared.kept.get("fastest turn", None, partial(fastest, r.t, turn, turn_by_imu))
+            turn_by_imu = _turn_by_imu(r.t, quieted(rate, cut))
     if attitude is not None and velocity is not None and force is not None:
         push = prepared.kept.get("push", None, partial(_push, r.t, velocity))
         turned = prepared.kept.get("attitude between rows", None, partial(_attitudes, r.t, attitude))
         push_by_imu = _push_by_imu(r.t, force, turned, prepared.vehicle.gravity)
+        if prepared.quiet:
+            cut = prepared.kept.get("fastest push", None, partial(fastest, r.t, push, push_by_imu))
+            push_by_imu = _push_by_imu(r.t, quieted(force, cut), turned, prepared.vehicle.gravity)
     return Kinematics(turn, turn_by_imu, push, push_by_imu, reasons)
 
 

@@ -64,12 +64,13 @@ class Segment:
 class Prepared:
     """A flight, as its vehicle reads it, with that vehicle: recorded channels, and what several predictions share.
 
-    coarse: predictions are means of fewer points (`timeline`). followed (3,): m, the point whose path is recorded, from
+    coarse: predictions are means of fewer points (`timeline`); quiet: what the IMU says of recorded steps is without
+    its noise (`quieted`); both for how a prediction changes. followed (3,): m, the point whose path is recorded, from
     the body's origin; with an accelerometer the origin, whatever the place of that.
     """
 
-    def __init__(self, vehicle: Vehicle, flight: Flight, coarse: bool = False) -> None:
-        self.vehicle, self.coarse = vehicle, coarse
+    def __init__(self, vehicle: Vehicle, flight: Flight, coarse: bool = False, quiet: bool = False) -> None:
+        self.vehicle, self.coarse, self.quiet = vehicle, coarse, quiet
         self.flight = for_vehicle(flight, vehicle)
         self.recorded: Recorded = recorded(vehicle, self.flight)
         self.wrench = wrench_of_inputs(vehicle)

@@ -71,10 +71,8 @@ class Observation:
         Of a slow log as they are: between rows that are far apart actuators move by more than that can say.
         """
         return tuple(
-            replace(s, prepared=Prepared(s.prepared.vehicle, s.prepared.flight, coarse=True))
-            if float(np.median(np.diff(s.flight.t))) <= _DENSE
-            else s
-            for s in self.samples
+            replace(s, prepared=Prepared(s.prepared.vehicle, s.prepared.flight, coarse=dense, quiet=True))
+            for s, dense in ((s, float(np.median(np.diff(s.flight.t))) <= _DENSE) for s in self.samples)
         )
 
     def model(self, members: Sequence[Member]) -> Model:
