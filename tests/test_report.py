@@ -17,7 +17,7 @@ from infotraj.diagnosis.report.steps import HeldOut
 from infotraj.report.again import FORM, read_content
 from infotraj.report.bars import gains
 from infotraj.report.combinations import Combinations, boxes
-from infotraj.report.failing import _far_off, _reach, heat
+from infotraj.report.failing import _far_off, _reach, heat, leftover
 from infotraj.report.figures import _places
 from infotraj.report.formats import change, interval, minus, numbers, prefixed, significant
 from infotraj.report.page import clauses, page
@@ -438,3 +438,15 @@ def test_the_label_of_a_figure_says_which_mean_was_taken_off(content):
     labels = [_places(c)[0].yaxis[0].axis_label for c in (content, changed | {"places": [place | {"off": -0.0842}]})]
     assert "beside" not in labels[0]
     assert labels[1].split(" [")[0].endswith("residual beside −84.2")
+
+
+def test_what_the_filter_makes_alike_is_no_memory_of_the_error():
+    """Noise that the filter smoothed is one with itself and its neighbours, and with nothing beyond the filter."""
+    t, noise = 0.01 * np.arange(6000), np.random.default_rng(0).standard_normal(6000)
+    measured = np.zeros((6000, 6))
+    measured[:, 0] = np.convolve(noise, np.ones(15) / 15, mode="same")
+    some = dict(red=np.ones(6), unit={"force": "N"}, force_from="", window=0.15, reasons={}, left_out={})
+    (row,) = leftover([EquationError(t, measured, 0.01 * np.sin(measured), np.full(6, 0.1), **some)])[:1]
+    assert row["axis"] == "fx"
+    assert max(unpacked(row["auto"])) == pytest.approx(1.0, abs=0.01)
+    assert abs(row["largest_auto"]) < 0.2

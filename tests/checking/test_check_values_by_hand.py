@@ -358,3 +358,13 @@ def test_a_stream_that_is_held_in_a_third_of_the_log_is_so_now_and_then_and_gaps
     assert held.rows[(T > 6.0) & (T < 11.0)].mean() == pytest.approx(0.75, abs=0.01)
     assert not held.rows[T > 14.0].any()
     assert held.row_hz == pytest.approx(100.0)
+
+
+def test_what_moves_for_a_moment_only_teaches_no_vertical_acceleration():
+    """Most of the time is what counts: a jolt in one sample of a hundred is none."""
+
+    def said(rms):
+        return [set(f.values) for f in excitation_findings({"az": {"rms": rms, "q99": 9.0}})]
+
+    assert said(0.01) == [{"vertical_acceleration"}]
+    assert said(5.0) == []

@@ -116,3 +116,20 @@ def test_without_gains_the_torque_of_a_turning_quadrotor_is_what_keeps_it_turnin
     wrench, _, _ = ThrustVectorController(vehicle, still, free).command(0, estimate)
     np.testing.assert_allclose(wrench[3:], np.cross(rate, vehicle.inertia_matrix() @ rate), atol=1e-12)
     assert np.abs(wrench[3:]).max() > 1e-3
+
+
+def test_a_rate_of_the_reference_that_stands_still_in_the_world_turns_in_a_body_that_turns():
+    """Seen from a body that turns at w, a vector that stays changes by -w x itself."""
+    inertia, w, rate = OMAV.inertia_matrix(), np.array([0.7, -0.4, 0.9]), np.array([0.5, 0.8, -0.3])
+    row = np.zeros(19)
+    row[3:7] = rotations.exp(np.array([0.3, -0.2, 0.6]))
+    row[10:13] = rotations.to_body(row[3:7], rate)
+    state = row[:13].copy()
+    state[3:7], state[10:13] = rotations.exp(np.array([0.2, -0.1, 0.4])), w
+    out, calm = np.empty(6), np.empty(6)
+    no_feedback = Gains(attitude_p=0, attitude_d=0, attitude_i=0, yaw_p=0, yaw_d=0, yaw_i=0)
+    demand(no_feedback, OMAV.gravity, inertia, 0.01, state, row, np.zeros(6), out)
+    row[10:13] = 0.0
+    demand(no_feedback, OMAV.gravity, inertia, 0.01, state, row, np.zeros(6), calm)
+    seen = rotations.to_body(state[3:7], rate)
+    np.testing.assert_allclose((out - calm)[3:], -np.cross(w, seen), atol=1e-12)

@@ -11,12 +11,13 @@ import pytest
 
 from infotraj.design import design as module
 from infotraj.design import questions
-from infotraj.design.design import Told, _can_fly, _last, _named, _now, _rotor_inputs, largest, room_of
+from infotraj.design.design import Told, _can_fly, _last, _named, _now, _numbers, _rotor_inputs, largest, room_of
 from infotraj.design.expected import Limits, limits
 from infotraj.design.paths import DT, Room, calmer, path, placed, varied
 from infotraj.design.questions import _asked, _both
 from infotraj.design.worth import Belief, Gram, Question, _factor
 from infotraj.diagnosis.judge.groups import AS_PROBABLE
+from infotraj.diagnosis.linear.candidates import Candidate
 from infotraj.effects import effect_class
 from infotraj.errors import InputError
 from infotraj.flight import Flight
@@ -182,3 +183,22 @@ def test_fits_that_lose_more_than_odds_of_a_verdict_by_settling_are_not_compared
     fits, one = _both(found, [["a"], ["b"]])
     assert one == straight
     assert [f.solution.score for f in fits] == [100.0 if straight else 100.0 - lost] * 2
+
+
+def test_a_number_is_known_to_a_share_of_what_it_does_not_of_what_it_is():
+    """A factor of 0.8 that is known to 0.05 does -0.2: it is known to a quarter of it."""
+    cls = effect_class("thrust_scale")
+    candidate = Candidate(cls, tuple(cls.parameters), ())
+    linear = SimpleNamespace(columns=[SimpleNamespace(candidate=candidate)], observation=SimpleNamespace(vehicle=QUAD))
+    first = SimpleNamespace(
+        fit=SimpleNamespace(labels=("thrust_scale",), linear=linear),
+        members=[SimpleNamespace(candidate=candidate, effect=cls(factor=0.8))],
+    )
+    question: Any = SimpleNamespace(
+        first=first, errors_after=lambda gram, label: (np.array([0.05]), np.array([gram]), [0])
+    )
+    gram: Any = 0.01
+    again: Any = 0.02
+    (told,) = _numbers(question, gram, again, None)
+    assert told.shares_now == pytest.approx((0.25,))
+    assert (told.errors_now, told.errors_again, told.errors_after) == ((0.05,), (0.02,), (0.01,))

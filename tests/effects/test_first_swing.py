@@ -5,6 +5,7 @@ import pytest
 from exact_simulation import fly
 from test_effects_exact import errors, model_of, vehicle_file
 
+from infotraj.effects import load
 from infotraj.flight import Flight
 
 LOAD = ("suspended_load", {"mass": 0.08, "length": 0.5})
@@ -42,3 +43,19 @@ def test_what_an_accelerometer_adds_always_does_not_turn_the_cable(swinging):
     model = model_of("quadrotor", LOAD, drag())
     moved = model.predict(biased).specific_force - model.predict(late).specific_force
     assert np.sqrt(np.mean(moved[model.predict(late).covered] ** 2)) < 2e-3
+
+
+def test_the_first_swing_is_looked_for_at_the_pendulum_s_own_frequency(monkeypatch):
+    """A cable of 0.9 m under what holds the vehicle up: sqrt(g / l)."""
+    asked = []
+
+    def caught(across, swing, time, first, free):
+        asked.append(free)
+        return first, np.zeros(3)
+
+    monkeypatch.setattr(load, "first_swing", caught)
+    hidden = ("suspended_load", {"mass": 0.08, "length": 0.9})
+    flight = Flight(fly(vehicle_file("quadrotor"), [hidden], seconds=6.0, motion=0.3))
+    model_of("quadrotor", hidden).predict(flight)
+    assert asked
+    assert asked == pytest.approx([np.sqrt(9.81 / 0.9)] * len(asked), rel=0.05)

@@ -435,3 +435,13 @@ def test_rows_of_another_channel_or_rate(tmp_path: Path) -> None:
     np.testing.assert_allclose(even.table["px"], GOOD.table["px"][::2], atol=1e-12)
     sparse = import_log(path, rows="battery")
     assert len(sparse.table) == len(GOOD.table)
+
+
+def test_a_stream_that_jitters_has_no_gap_within_six_of_its_deviations():
+    """1.5 of 10 ms and six times 1.4826 x 1 ms make 23.9 ms; five steps are always a gap."""
+    step = np.tile([0.009, 0.010, 0.011, 0.010 - 1e-3, 0.010 + 1e-3, 0.010, 0.010], 40)
+    t = np.concatenate([[0.0], np.cumsum(step)])
+    assert gap_limit(t) == pytest.approx(0.015 + 6.0 * 1.4826 * 0.001, rel=1e-6)
+    assert gap_limit(np.array([0.0, 0.01, 0.02, 0.03])) == pytest.approx(0.015)
+    wild = np.concatenate([[0.0], np.cumsum(np.tile([0.002, 0.010, 0.018], 40))])
+    assert gap_limit(wild) == pytest.approx(0.050)

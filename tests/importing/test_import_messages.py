@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+import struct
 from pathlib import Path
 from typing import Any
 
@@ -125,3 +126,12 @@ def test_slow_commands_in_a_ulog_are_said_with_what_to_log(tmp_path: Path) -> No
     assert any("every 100 ms" in note and "SDLOG_PROFILE" in note for note in import_log(path).meta["notes"])
     writers_ulog.write_ulog(Flight(table, {}), path)
     assert not any("SDLOG_PROFILE" in note for note in import_log(path).meta["notes"])
+
+
+def test_dropouts_of_a_ulog_are_added_up_in_seconds(tmp_path):
+    """A dropout of PX4's logger tells its length in milliseconds."""
+    content = writers_ulog.ulog_bytes(made_flight(seconds=3.0))
+    lost = b"".join(struct.pack("<HBH", 2, ord("O"), ms) for ms in (120, 380))
+    (tmp_path / "log.ulg").write_bytes(content + lost)
+    notes = import_log(tmp_path / "log.ulg").meta["notes"]
+    assert "2 logging dropouts, 0.50 s in all" in notes

@@ -51,3 +51,15 @@ def test_a_quantity_is_alike_that_does_as_well_and_not_one_that_merely_goes_with
     found = find_places(rows_of(residual, speed, tilt), np.random.default_rng(0), draws=99)
     assert found.places[0].quantity.name == "speed"
     assert found.places[0].alike == alike
+
+
+def test_the_window_that_stands_furthest_above_its_floor_is_first_in_whatever_unit_its_error_is():
+    """Forces of 20 times the floor beside torques of 40 times theirs, which are smaller numbers."""
+    t = 0.01 * np.arange(1000)
+    measured = np.where(np.arange(1000) % 2, 1.0, -1.0)[:, None] * np.array([1.0, 1.0, 1.0, 0.01, 0.01, 0.01])
+    measured[500:600, 0] *= 20.0
+    measured[200:300, 3] *= 40.0
+    some = dict(red=np.ones(6), unit={}, force_from="", window=0.15, reasons={}, left_out={})
+    floor = np.array([1.0, 1.0, 1.0, 0.01, 0.01, 0.01])
+    found = worst_windows([EquationError(t, measured, np.zeros((1000, 6)), floor, **some)])
+    assert [(w.axis, round(w.over_floor)) for w in found] == [("tx", 40), ("fx", 20)]

@@ -11,7 +11,13 @@ from infotraj.errors import InputError
 from infotraj.residual.compiled import _exp, marginal_value, mean_and_jacobian
 from infotraj.residual.draws import MarginalDraws
 from infotraj.residual.gaussian_process import GaussianProcess
-from infotraj.residual.hyperparameters import DEFAULT_PRIOR, _NegativeLogPosterior, fit, sample_hyperparameters
+from infotraj.residual.hyperparameters import (
+    DEFAULT_PRIOR,
+    SearchBounds,
+    _NegativeLogPosterior,
+    fit,
+    sample_hyperparameters,
+)
 from infotraj.residual.posterior_variance import RegionVariance
 
 
@@ -274,3 +280,14 @@ def test_degenerate_training_data():
         fit(X[:1], Y[:1], np.random.default_rng(0))
     with pytest.raises(InputError, match="finite"):
         fit(X, Y * np.nan, np.random.default_rng(0))
+
+
+def test_a_direction_that_neither_data_nor_prior_determine_is_as_wide_as_is_said():
+    """Of an input that never changes no lengthscale is told: draws of its logarithm spread by 1.5, within bounds."""
+    rng, wide = np.random.default_rng(0), SearchBounds(lengthscale=(1e-6, 1e9))
+    X = np.column_stack([rng.uniform(-2.0, 2.0, 60), np.full(60, 0.3)])
+    gp = fit(X, np.sin(2.0 * X[:, :1]), np.random.default_rng(0), prior=None, bounds=wide, input_scale=np.ones(2))
+    draws = sample_hyperparameters(gp, rng, 4000, prior=None, bounds=wide, input_scale=np.ones(2))
+    spread = np.log([draw.lengthscales[0] for draw in draws]).std(axis=0)
+    assert spread[1] == pytest.approx(1.5, rel=0.1)
+    assert spread[0] < 0.5

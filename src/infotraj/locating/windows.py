@@ -45,7 +45,7 @@ def worst_windows(errors: Sequence[EquationError], *, most: int = 10) -> list[Ti
         slot = np.floor((error.t - error.t[0]) / LENGTH).astype(int)
         for a in range(len(AXES)):
             found += _of_axis(error, k, a, slot, limit)
-    return sorted(found, key=lambda w: -w.rms / max(w.rms / w.over_floor, 1e-300))[:most]
+    return sorted(found, key=lambda w: -w.over_floor)[:most]
 
 
 def _of_axis(error: EquationError, flight: int, a: int, slot, limit: float) -> list[TimeWindow]:
