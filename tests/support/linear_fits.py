@@ -11,9 +11,9 @@ from given_sums import given_sums
 from infotraj.diagnosis.linear.candidates import Candidate, places
 from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.select.around import Column, Linear
+from infotraj.diagnosis.select.fit import Fit
 from infotraj.diagnosis.select.prior import Scales
 from infotraj.diagnosis.select.score import Choice
-from infotraj.diagnosis.select.search import Fit
 from infotraj.effects import catalogue
 from infotraj.vehicle import load_vehicle
 

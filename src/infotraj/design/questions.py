@@ -11,7 +11,7 @@ from infotraj.design.worth import Question, belief
 from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.judge.evidence import overdispersion
 from infotraj.diagnosis.judge.groups import AS_PROBABLE
-from infotraj.diagnosis.select.search import Fit
+from infotraj.diagnosis.select.fit import Fit
 from infotraj.errors import InputError, UsageError, problem
 
 _MOST = 3  # questions that are asked at once: the first of a long list

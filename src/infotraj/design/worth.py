@@ -20,7 +20,7 @@ from infotraj.diagnosis.judge.groups import AS_PROBABLE
 from infotraj.diagnosis.linear.observation import Member, Observation, inward, packed, unpacked
 from infotraj.diagnosis.linear.sensitivities import SMALL, columns_of
 from infotraj.diagnosis.noise.spectra import spectra
-from infotraj.diagnosis.select.search import Fit
+from infotraj.diagnosis.select.fit import Fit
 from infotraj.effects.base import Effect
 from infotraj.flight import Flight
 from infotraj.rotations import Array

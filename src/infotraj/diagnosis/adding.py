@@ -19,9 +19,10 @@ from infotraj.diagnosis.judge.giving import given
 from infotraj.diagnosis.judge.numbers import fitted_numbers
 from infotraj.diagnosis.linear.candidates import candidates
 from infotraj.diagnosis.select.bounds import beyond_bounds
+from infotraj.diagnosis.select.fit import Fit
 from infotraj.diagnosis.select.prior import file_only, is_file_number
 from infotraj.diagnosis.select.reading import as_commanded
-from infotraj.diagnosis.select.search import Fit, Search
+from infotraj.diagnosis.select.search import Search
 from infotraj.diagnosis.select.swinging import swung
 from infotraj.dynamics.inputs import for_vehicle
 from infotraj.effects import catalogue, effect_class, labels_in_words

@@ -28,10 +28,11 @@ from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.measure.residual import FlightSamples
 from infotraj.diagnosis.select.around import linearised
 from infotraj.diagnosis.select.bounds import beyond_bounds
+from infotraj.diagnosis.select.fit import Fit
 from infotraj.diagnosis.select.learned import around_fit, around_usual, learned, straight
 from infotraj.diagnosis.select.prior import file_only
 from infotraj.diagnosis.select.reading import as_commanded
-from infotraj.diagnosis.select.search import Fit, Search
+from infotraj.diagnosis.select.search import Search
 from infotraj.diagnosis.select.swinging import swung
 from infotraj.dynamics.inputs import for_vehicle
 from infotraj.effects import Effect, catalogue

@@ -21,7 +21,8 @@ from infotraj.diagnosis.judge.ratio import with_ratio
 from infotraj.diagnosis.judge.unexplained import Unexplained
 from infotraj.diagnosis.judge.verdicts import CONFIDENT, Finding, Judge, named
 from infotraj.diagnosis.select.bounds import beyond_bounds
-from infotraj.diagnosis.select.search import Fit, Search
+from infotraj.diagnosis.select.fit import Fit
+from infotraj.diagnosis.select.search import Search
 from infotraj.progress import pieces, reached
 
 _STAY = 2  # of so many effects that the search took one stays

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.linear.sums import Sums
+from infotraj.diagnosis.select.fit import Fit
 from infotraj.diagnosis.select.prior import Scales
-from infotraj.diagnosis.select.search import Fit
 from infotraj.rotations import Array
 
 RESAMPLES = 1000

@@ -23,10 +23,11 @@ from infotraj.diagnosis.linear.candidates import places
 from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.measure.residual import FlightSamples
 from infotraj.diagnosis.select.bounds import beyond_bounds
+from infotraj.diagnosis.select.fit import Fit
 from infotraj.diagnosis.select.predicting import TELLS, left, net
 from infotraj.diagnosis.select.prior import SCALES, Scales
 from infotraj.diagnosis.select.score import Solution
-from infotraj.diagnosis.select.search import Fit, Search
+from infotraj.diagnosis.select.search import Search
 from infotraj.flight import VELOCITY, Flight
 from infotraj.progress import reached
 from infotraj.rotations import Array

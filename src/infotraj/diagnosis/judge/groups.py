@@ -24,8 +24,9 @@ from infotraj.diagnosis.judge.evidence import (
 )
 from infotraj.diagnosis.select.around import linearised
 from infotraj.diagnosis.select.bounds import beyond_bounds
+from infotraj.diagnosis.select.fit import Fit
 from infotraj.diagnosis.select.predicting import TELLS
-from infotraj.diagnosis.select.search import Fit, Search
+from infotraj.diagnosis.select.search import Search
 from infotraj.rotations import Array
 
 AS_PROBABLE = float(np.log(20.0))

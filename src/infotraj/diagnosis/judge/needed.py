@@ -15,8 +15,9 @@ import numpy as np
 from infotraj.diagnosis.judge.evidence import Evidence, evidence, evidence_of_absent, shared
 from infotraj.diagnosis.judge.numbers import fitted_numbers
 from infotraj.diagnosis.linear.observation import Member
+from infotraj.diagnosis.select.fit import Fit
 from infotraj.diagnosis.select.predicting import TELLS
-from infotraj.diagnosis.select.search import Fit, Search
+from infotraj.diagnosis.select.search import Search
 from infotraj.progress import reached
 
 SURE = 0.95  # probability that an effect is needed, and share of resamples that must need it

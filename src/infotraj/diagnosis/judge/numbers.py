@@ -12,8 +12,8 @@ from infotraj.diagnosis.judge.evidence import moving, overdispersion
 from infotraj.diagnosis.linear.candidates import Candidate, places, slopes
 from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.select.around import Column
+from infotraj.diagnosis.select.fit import Fit
 from infotraj.diagnosis.select.prior import SCALES, Scales
-from infotraj.diagnosis.select.search import Fit
 from infotraj.rotations import Array
 
 ORDINARY = 3.0  # standard deviations of this file's own errors: further off, a number is a finding

@@ -16,7 +16,7 @@ from infotraj.diagnosis.judge.evidence import evidence
 from infotraj.diagnosis.judge.giving import Given
 from infotraj.diagnosis.judge.numbers import fitted_numbers, out_of_line, values_of
 from infotraj.diagnosis.judge.verdicts import Finding
-from infotraj.diagnosis.select.search import Fit
+from infotraj.diagnosis.select.fit import Fit
 
 _HALF = float(np.log(2.0))  # by which the error of an axis falls
 _MOSTLY = 0.5  # of what the best takes off that axis: what takes as much is not told from it

@@ -19,7 +19,7 @@ from infotraj.diagnosis.judge.features import BIN, bins, memory, named, random_f
 from infotraj.diagnosis.linear.observation import Observation
 from infotraj.diagnosis.linear.sums import WINDOW
 from infotraj.diagnosis.noise.spectra import BANDS, Spectrum, binned, spectra
-from infotraj.diagnosis.select.search import Fit
+from infotraj.diagnosis.select.fit import Fit
 from infotraj.models.recorded import Samples
 from infotraj.rotations import Array
 

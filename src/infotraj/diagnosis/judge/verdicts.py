@@ -16,9 +16,10 @@ from infotraj.diagnosis.judge.numbers import fitted_numbers, values_of
 from infotraj.diagnosis.judge.unexplained import Unexplained
 from infotraj.diagnosis.linear.candidates import Candidate
 from infotraj.diagnosis.linear.observation import Member
+from infotraj.diagnosis.select.fit import Fit
 from infotraj.diagnosis.select.predicting import TELLS
 from infotraj.diagnosis.select.prior import OF_THE_LOG
-from infotraj.diagnosis.select.search import Fit, Search
+from infotraj.diagnosis.select.search import Search
 from infotraj.progress import reached
 
 CONFIDENT = ("Supported", "Not separable")

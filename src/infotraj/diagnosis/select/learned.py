@@ -18,9 +18,9 @@ from infotraj.diagnosis.linear.healthy import Healthy
 from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.linear.sums import Sums
 from infotraj.diagnosis.select.around import Linear, linearised
+from infotraj.diagnosis.select.fit import Fit
 from infotraj.diagnosis.select.prior import SCALES, SLAB, Scales, is_file_number, spikes
 from infotraj.diagnosis.select.score import diluted
-from infotraj.diagnosis.select.search import Fit
 from infotraj.effects.rigid_body import arm_length
 from infotraj.effects.rotor_height import RotorHeight
 from infotraj.effects.rotor_torque import RotorTorque

@@ -6,16 +6,12 @@ what the file is off by and an effect may be as large as either.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.noise.spectra import binned, spectra
+from infotraj.diagnosis.select.fit import Fit
 from infotraj.rotations import Array
-
-if TYPE_CHECKING:
-    from infotraj.diagnosis.select.search import Fit
 
 TELLS = float(np.log(1.2))  # by which errors on flights not fitted fall for what is told: a sixth of one axis
 

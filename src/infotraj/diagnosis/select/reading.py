@@ -14,7 +14,7 @@ from infotraj.diagnosis.gates.premises import command_step
 from infotraj.diagnosis.linear.candidates import Candidate
 from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.select.around import Linear, linearised
-from infotraj.diagnosis.select.search import searched
+from infotraj.diagnosis.select.choosing import searched
 from infotraj.dynamics.inputs import command_columns
 from infotraj.flight import COMMAND_STEPS, Flight, stepped
 from infotraj.vehicle import Vehicle
