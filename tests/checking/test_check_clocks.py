@@ -50,6 +50,25 @@ def test_drift_is_found_with_its_size():
     assert found.varies < 1e-3
 
 
+def test_segments_in_which_as_much_moves_are_as_sure_of_their_lag():
+    """The errors of a segment's own eight blocks would scatter by a quarter and more, and the smallest would decide."""
+    rng = np.random.default_rng(7)
+    t = np.arange(0.0, 66.0, 0.01)
+
+    def signal(time):
+        return np.stack([np.sin(2 * np.pi * time), np.cos(2 * np.pi * time), np.sin(4 * np.pi * time)], axis=1)
+
+    stream = Stream(t, signal(t - 0.004) + 0.5 * rng.standard_normal((len(t), 3)), gap=0.05)
+    centres = np.arange(1.0, 65.0, 0.03)
+    y = np.mean([signal(centres + s) for s in np.arange(-0.04, 0.0401, 0.002)], axis=0)
+    found = offset(stream, y, centres, np.floor(centres).astype(int), 0.08)
+    lags, errors = np.array(found.segments).T[1:]
+    assert len(errors) == 8
+    assert errors.max() < 1.35 * errors.min()
+    assert 0.4 < np.std(lags - 0.004) / errors.mean() < 1.8
+    assert found.varies > 0.01
+
+
 def lagging(lag, error, segments=(), drift=0.0, drift_error=1.0):
     return Offset(lag, error, 0.1, segments, drift, drift_error)
 

@@ -158,6 +158,17 @@ def _squares(rest: Array, index: NDArray[np.intp], blocks: int) -> Array:
 
 
 def minimum(shifts: Array, curve: Array) -> tuple[float, float] | None:
+    """The lag at which the squares of all blocks (shifts, blocks) are least, and its standard error, s."""
+    found = _parabola(shifts, curve)
+    if found is None:
+        return None
+    lag, slopes, curvature = found
+    n = len(slopes)
+    return lag, float(np.sqrt((slopes**2).sum() * n / max(n - 1, 1)) / curvature)
+
+
+def _parabola(shifts: Array, curve: Array) -> tuple[float, Array, float] | None:
+    """The least place of `curve`, the slope of every block there (n,), and the curvature of all together."""
     total = curve.sum(axis=1)
     k = int(np.argmin(total))
     if k < 3 or k > len(shifts) - 4:
@@ -170,20 +181,32 @@ def minimum(shifts: Array, curve: Array) -> tuple[float, float] | None:
     if a <= 0:
         return None
     lag = -b / (2 * a)
-    slopes = 2 * fits[0] * lag + fits[1]
-    n = len(slopes)
-    error = np.sqrt((slopes**2).sum() * n / max(n - 1, 1)) / (2 * a)
-    return float(shifts[k] + np.clip(lag, s[0], s[-1])), float(error)
+    return float(shifts[k] + np.clip(lag, s[0], s[-1])), 2 * fits[0] * lag + fits[1], float(2 * a)
 
 
 def by_segments(shifts: Array, curve: Array, labels: Array) -> tuple[tuple[float, float, float], ...]:
+    """Time, lag and standard error of every segment.
+
+    Of a segment's own few blocks an error is rough, and one that is too small by chance makes it differ. What is said
+    of all blocks is how much slopes scatter for the curvature that there is (a dispersion, as in quasi-likelihood;
+    McCullagh and Nelder, "Generalized linear models", 1989, 9.2), and of each segment its curvature.
+    """
     count = len(labels) // SEGMENT
+    parts = [
+        (part, _parabola(shifts, curve[:, part])) for part in np.array_split(np.arange(len(labels)), max(count, 1))
+    ]
+    known = [(part, *found) for part, found in parts if found is not None]
+    blocks = sum(len(part) for part, *_ in known)
+    if blocks <= len(known):
+        return ()
+    squares = sum(float((slopes**2).sum()) for _, _, slopes, _ in known)
+    dispersion = squares / sum(c for *_, c in known) * blocks / (blocks - len(known))
     out = []
-    for part in np.array_split(np.arange(len(labels)), max(count, 1)):
-        found = minimum(shifts, curve[:, part])
-        if found and found[1] < MOST_ERROR / 2:
-            # few blocks give a rough error: never believe less than a fifth of a shift step
-            out.append((float(labels[part].mean() + 0.5), found[0], max(found[1], STEP / 5)))
+    for part, lag, _, curvature in known:
+        error = float(np.sqrt(dispersion / curvature))
+        if error < MOST_ERROR / 2:
+            # never believe less than a fifth of a shift step
+            out.append((float(labels[part].mean() + 0.5), lag, max(error, STEP / 5)))
     return tuple(out)
 
 
