@@ -1,9 +1,9 @@
-"""The IMU's samples without what is faster than the motion that poses show as well.
+"""The IMU's samples without what is faster than the motion in them.
 
 How a prediction changes with the clock of the IMU is the derivative of its samples: of noise and vibration a large one,
 so that these would tell the clock wherever it is, and surely (errors in variables; Fuller, "Measurement Error Models",
-1987). What moves goes with the poses: the coherence of the two says up to which frequency (Bendat and Piersol, "Random
-data", 2010, 6.1).
+1987). What moves goes with the poses: their cross-spectrum says which share of what the IMU shows is motion (Bendat and
+Piersol, "Random data", 2010, 6.1).
 """
 
 from __future__ import annotations
@@ -20,15 +20,17 @@ from infotraj.rotations import Array
 
 _WINDOW = 2.0  # s of a spectrum
 _FEWEST = 64  # rows of a stretch: of fewer no spectrum is told
-_SHARED = 0.8  # of what two sensors show, that is one motion: a quarter of it beside is noise
+_MOTION = 0.8  # of what the IMU shows: with less a quarter of it and more is noise
+_SURE = 2.0  # standard errors
 _PERIODS = 2  # of the fastest frequency, by which a stretch is mirrored beyond its ends
 _FAST = 0.8  # of half the rate: a filter that near to it is none
 
 
 def fastest(t: Array, recorded: Array, by_imu: Array) -> float:
-    """The frequency (Hz) up to which what poses and the IMU say of the same steps is one motion, on any axis.
+    """The frequency (Hz) from which on what the IMU says of steps is surely no motion for the most part, on any axis.
 
-    recorded, by_imu (n, 3): rates of change from row to row, t (n,) s. Infinite where the rows are too few to say.
+    recorded, by_imu (n, 3): rates of change from row to row by poses and by the IMU, t (n,) s. Noise of the poses makes
+    the share of motion unsure, not small: infinite where they cannot say, and where the rows are too few.
     """
     both = np.concatenate([recorded, by_imu], axis=1)
     runs = [x for x in _stretches(t, np.isfinite(both).all(axis=1)) if len(x) >= _FEWEST]
@@ -36,19 +38,25 @@ def fastest(t: Array, recorded: Array, by_imu: Array) -> float:
         return np.inf
     step = float(np.median(np.diff(t)))
     width = int(min(max(_WINDOW / step, _FEWEST), *(len(x) for x in runs)))
-    one, two, cross = 0.0, 0.0, 0.0
-    for x in runs:
-        a, b = both[x, :3], both[x, 3:]
-        frequency, power = signal.welch(a, 1.0 / step, nperseg=width, detrend="linear", axis=0)
-        one = one + len(x) * power
-        two = two + len(x) * signal.welch(b, 1.0 / step, nperseg=width, detrend="linear", axis=0)[1]
-        cross = cross + len(x) * signal.csd(a, b, 1.0 / step, nperseg=width, detrend="linear", axis=0)[1]
-    shared = np.abs(cross) ** 2 / np.maximum(one * two, 1e-300)
+    how = {"fs": 1.0 / step, "nperseg": width, "detrend": "linear", "axis": 0}
+    sums = [len(x) * np.stack([signal.csd(a, b, **how)[1] for a, b in _pairs(both[x])]) for x in runs]
+    pose, imu, cross = np.sum(sums, axis=0) / sum(len(x) for x in runs)
+    frequency = np.linspace(0.0, 0.5 / step, len(pose))
+    windows = sum(len(x) for x in runs) / width
     for k in range(1, len(frequency)):
         octave = (frequency >= frequency[k]) & (frequency <= 2.0 * frequency[k])
-        if (shared[octave].mean(axis=0) < _SHARED).all():
+        shown = np.maximum(imu[octave].mean(axis=0).real, 1e-300)
+        share = np.abs(cross[octave].mean(axis=0)) / shown
+        error = np.sqrt(pose[octave].mean(axis=0).real / shown / (windows * octave.sum()))
+        if (share + _SURE * error < _MOTION).all():
             return float(frequency[k])
     return np.inf
+
+
+def _pairs(both: Array) -> list[tuple[Array, Array]]:
+    """What is held against what: poses, the IMU, and one against the other."""
+    a, b = both[:, :3], both[:, 3:]
+    return [(a, a), (b, b), (a, b)]
 
 
 def quieted(samples: Samples, cut: float) -> Samples:
