@@ -132,3 +132,11 @@ def test_lag_is_the_exact_solution_whatever_the_rows(omav):
 def test_no_lag_follows_the_command_of_the_row_before():
     command = np.arange(5.0)[:, None]
     np.testing.assert_allclose(response.respond(np.arange(5.0), command, [0.0], np.inf)[:, 0], [0, 0, 1, 2, 3])
+
+
+def test_no_rotor_is_asked_for_more_than_its_top_speed(omav):
+    limited = omav.model_copy(update={"rotors": tuple(r.model_copy(update={"max_speed": 300.0}) for r in omav.rotors)})
+    wrench = [0, 0, 5.0 * omav.mass * omav.gravity, 0, 0, 0]
+    speed, _ = Allocation(limited).actuators(wrench)
+    assert speed == pytest.approx(np.full(len(omav.rotors), 300.0))
+    assert Allocation(omav).actuators(wrench)[0].max() > 300.0

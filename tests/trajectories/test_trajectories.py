@@ -8,6 +8,7 @@ import pytest
 from infotraj import rotations
 from infotraj.dynamics.allocation import Allocation
 from infotraj.trajectories.deviations import Deviation, DeviationSpace, demand, deviate, within_limits
+from infotraj.trajectories.standard import Extent, standard
 from infotraj.trajectories.tasks import figure_eight, phase, pitch_task
 from infotraj.vehicle import load_vehicle
 
@@ -80,3 +81,13 @@ def test_a_deviation_of_nothing_is_the_task():
     task = figure_eight(np.radians(26), 9, 1, 0.01)
     same = deviate(task, Deviation(np.zeros((3, 2)), np.ones((3, 2))))
     np.testing.assert_allclose(same.angular_acceleration, task.angular_acceleration, atol=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["fast_circle", "fast_lemniscate"])
+def test_a_fast_path_is_as_fast_as_is_said_and_no_faster(kind):
+    """At 0.9 to 1 of `speed`, but for the plane that leans by at most 0.15 rad; it begins and ends at rest."""
+    for seed in range(5):
+        made = standard(kind, 40.0, Extent(size=6.0, speed=8.0, tilt=0.0), np.random.default_rng(seed))
+        speed = np.linalg.norm(np.gradient(made.position, made.t, axis=0), axis=1)
+        assert 0.9 * 8.0 <= 1.002 * speed.max() <= 1.02 * 8.0
+        assert speed[[0, -1]] == pytest.approx(0.0, abs=1e-3)
