@@ -66,9 +66,9 @@ class Observation:
 
     @cached_property
     def coarse(self) -> tuple[FlightSamples, ...]:
-        """The same samples where predictions are means of fewer points: for how they change with a number.
+        """The same samples for how predictions change with a number: means of fewer points, the IMU without its noise.
 
-        Of a slow log as they are: between rows that are far apart actuators move by more than that can say.
+        Of a slow log all points: between rows that are far apart actuators move by more than fewer can say.
         """
         return tuple(
             replace(s, prepared=Prepared(s.prepared.vehicle, s.prepared.flight, coarse=dense, quiet=True))
