@@ -159,9 +159,9 @@ def test_the_reason_says_by_how_much_an_axis_is_worse():
     assert "worse with it, by 33 %" in held_back["linear_drag"]
 
 
-def corrected(monkeypatch, made, shares, asked=("drag",)):
+def corrected(monkeypatch, made, shares, asked=("drag",), ends=()):
     """What corrects the file beside `asked`, where a file that is so far off leaves these shares of the error of fx;
-    the numbers of the file that were tried."""
+    the numbers of the file that were tried. ends: how far off files are of which a number ends at a bound."""
     tried = []
 
     def with_file(search, whole, labels, file, common):
@@ -177,7 +177,7 @@ def corrected(monkeypatch, made, shares, asked=("drag",)):
         giving, "_shares", lambda f: of_fit[None] if f is None else np.array([shares[f.scales.common], 1e-3])
     )
     monkeypatch.setattr(giving, "_with_file", with_file)
-    monkeypatch.setattr(giving, "_ends", lambda made, before: False)
+    monkeypatch.setattr(giving, "_ends", lambda made, before: made.scales.common in ends)
     monkeypatch.setattr(giving, "labels_of_file", lambda whole: ["mass_offset", "inertia_error", "thrust_scale"])
     sums = SimpleNamespace(axes=("fx", "turn x"))
     whole = SimpleNamespace(linear=SimpleNamespace(sums=sums), scales=Scales(1.0))
@@ -190,6 +190,12 @@ def test_the_file_is_as_far_off_as_predicts_best_and_only_where_that_tells(monke
     found, _ = corrected(monkeypatch, 0.5, shares)
     assert found.scales.common == 1.0
     assert corrected(monkeypatch, 0.45, shares)[0] is None
+
+
+def test_where_a_number_ends_at_a_bound_the_file_is_less_far_off_if_that_tells(monkeypatch):
+    shares = {0.05: 0.9, 0.3: 0.7, 1.0: 0.5, 3.0: 0.4, 9.0: 0.3}
+    assert corrected(monkeypatch, 1.0, shares, ends=(9.0, 3.0))[0].scales.common == 1.0
+    assert corrected(monkeypatch, 0.5, shares, ends=(9.0, 3.0))[0] is None
 
 
 def test_thrust_over_mass_is_said_once(monkeypatch):

@@ -124,11 +124,15 @@ def _corrected(search: Search, whole: Fit, made: Fit, asked: Sequence[str]) -> F
         file = file if _on_the_path(*both) else rest
     if not file:
         return None
+    least = net(_shares(made)[moving]) - TELLS
     tried = [_with_file(search, whole, asked, file, s) for s in SCALES]
-    best = min(tried, key=lambda f: net(_shares(f)[moving]))
-    fit = search.fitted(best.labels, whole, best.scales, _ROUNDS)
-    better = net(_shares(fit)[moving]) < net(_shares(made)[moving]) - TELLS
-    return fit if better and not _ends(fit, made) else None
+    nets = {k: net(_shares(f)[moving]) for k, f in enumerate(tried)}
+    # Beside numbers that may be less far off none ends at a bound.
+    for k in sorted((k for k in nets if nets[k] < least), key=lambda k: nets[k]):
+        fit = search.fitted(tried[k].labels, whole, tried[k].scales, _ROUNDS)
+        if not _ends(fit, made):
+            return fit if net(_shares(fit)[moving]) < least else None
+    return None
 
 
 def _with_file(search: Search, whole: Fit, asked: Sequence[str], file: Sequence[str], common: float) -> Fit:
