@@ -74,6 +74,25 @@ def test_choices_stay_the_same(around):
     assert {c.label for c, v in zip(new.choices, new.variants, strict=True) if v is None} == inside
 
 
+def test_the_column_of_a_number_that_stays_is_made_anew_beside_others_that_moved(around):
+    """Of a vehicle a third heavier a rotor makes three quarters, and its own number has not moved."""
+    first = around[0]
+    o, known = first.observation, list(dict.fromkeys(c.candidate for c in first.columns))
+    mass = candidate("mass_offset")
+    rotor = next(c for c in known if c.label == "rotor_effectiveness 0")
+    mine = Member(rotor, rotor.at({"factor": 1.1}))
+    alone = linearised(o, [mine], known, like=first, frozen=True)
+    heavy = [mine, Member(mass, mass.cls(dm=o.vehicle.mass / 3))]
+    beside = linearised(o, heavy, known, like=alone, frozen=True)
+    fresh = linearised(o, heavy, known)
+    force = []
+    for x in (alone, beside, fresh):
+        at = next(i for i, c in enumerate(x.columns) if c.candidate.label == rotor.label)
+        force.append(next(s for s in x.found if s.axis == "fz").values[:, 1 + at])
+    np.testing.assert_allclose(force[1], force[2], rtol=1e-9, atol=1e-12)
+    assert np.linalg.norm(force[1]) == pytest.approx(0.75 * np.linalg.norm(force[0]), rel=0.02)
+
+
 def test_a_search_ends_with_columns_beside_the_file_as_it_was_found():
     """Inertia and rotors are off by what files are off by: nothing is missing, and a torque turns the body faster."""
     vehicle, true = load_vehicle(FILE), yaml.safe_load(FILE.read_text())

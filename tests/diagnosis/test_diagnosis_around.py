@@ -11,9 +11,8 @@ from linear_fits import BLOCKS, ROWS, VEHICLE, linear_fit
 
 from infotraj.diagnosis.linear.candidates import Candidate, places, variants
 from infotraj.diagnosis.linear.healthy import Healthy
-from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.noise.spectra import Spectrum
-from infotraj.diagnosis.select.around import _column, _columns_near, balanced, in_balance
+from infotraj.diagnosis.select.around import _column, balanced, in_balance
 from infotraj.diagnosis.select.learned import _as_files_are, _before, _usual, learned, scattered
 from infotraj.diagnosis.select.prior import SLAB, Scales, file_only
 from infotraj.diagnosis.select.reading import sparse
@@ -105,19 +104,6 @@ def test_a_column_of_a_logarithm_has_the_slope_of_its_number_and_a_length_withou
         p.parameter: _column(load, i, p.absent, before(), absent=True).idle for i, p in enumerate(places(load, VEHICLE))
     }
     assert idle == {"mass": False, "length": True}
-
-
-@pytest.mark.parametrize(("step", "near"), [(0.25, True), (-0.25, True), (0.35, False), (-0.35, False)])
-def test_columns_stay_what_they_are_within_a_third_of_a_usual_size(step, near):
-    delay = candidate("actuation_delay")
-    like = SimpleNamespace(
-        origin={"actuation_delay": delay.at({"delay": 0.03})},
-        observation=before(),
-        columns=[SimpleNamespace(candidate=candidate("wind"), place=0), SimpleNamespace(candidate=delay, place=0)],
-    )
-    moved = Member(delay, delay.at({"delay": 0.03 + step * 0.015}))
-    assert _columns_near(like, moved) == ([1] if near else None)
-    assert _columns_near(like, Member(candidate("wind"), candidate("wind").absent(VEHICLE))) is None
 
 
 def test_in_a_balance_a_column_is_the_mean_of_its_slowest_band():

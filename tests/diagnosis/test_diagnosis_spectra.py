@@ -12,7 +12,7 @@ from infotraj.diagnosis.linear.sensitivities import sensitivities
 from infotraj.diagnosis.linear.sums import blocks, gathered
 from infotraj.diagnosis.measure.lapped import lapped
 from infotraj.diagnosis.measure.residual import Channel, flight_samples
-from infotraj.diagnosis.noise.spectra import EDGES, Spectrum, spectra, weights
+from infotraj.diagnosis.noise.spectra import BANDS, EDGES, Spectrum, Weights, spectra, weights
 from infotraj.flight import Flight
 from infotraj.models import Model
 from infotraj.vehicle import load_vehicle
@@ -209,3 +209,10 @@ def test_parts_of_one_flight_that_are_held_out_are_each_in_one_piece():
     cut = blocks([found])
     assert len(np.unique(cut.fold)) == 5
     assert (np.diff(cut.fold) >= 0).all()
+
+
+def test_an_axis_that_is_left_out_later_has_no_weight_and_the_others_have_theirs():
+    noise, coherence = np.full((2, BANDS), 2.0), np.full((2, BANDS), 0.7)
+    made = Weights(("fx", "tz"), noise, coherence, ()).without({"tz"})
+    assert np.array_equal(made.coherence, np.stack([coherence[0], np.zeros(BANDS)]))
+    assert np.array_equal(made.noise, noise)

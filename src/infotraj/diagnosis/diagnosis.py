@@ -48,12 +48,11 @@ _TORQUES = frozenset(a for a in AXES if a[0] == "t")
 _STEPS = 3  # that who waits is told of
 # How long the parts of a diagnosis take from the search on, % of it with four effects in the set; weighing and naming
 # are of one effect. Means over 13 diagnoses of 4 to 60 s, four of made flights and nine of real ones, on 26 November
-# 2026; another start's is what two later ones, ACSL X8 and CrazyPAD, took more with it, and how often it comes a guess.
+# 2026.
 # What comes before the search has no steady share of the whole: the first columns and swings took 4 to 47 %.
 _PARTS = {
     "searching": 17.0,
     "searching anew": 20.0,
-    "another start": 15.0,
     "bounds": 8.0,
     "fitted model": 2.0,
     "searching again": 5.0,
@@ -327,14 +326,14 @@ def _searched(
     if like is not None and {c.label for c in left_to} != {c.label for c in like.known}:
         like = None
     if like is not None:
-        first = like.linear.weighed_by(like.linear.observation.without_axes(observation.ignored))
+        first = like.linear.without_axes(observation.ignored)
     else:
         before = (*held, *_healthy_members(observation, known))
         first = swung(as_commanded(observation, before, left_to), left_to)
     search = Search(first.observation, tuple(left_to), held)
     if told:
         parts(_PARTS)
-    return search, search.best(first, like is not None and like.exact), why_not
+    return search, search.best(first, like), why_not
 
 
 def _healthy_members(observation: Observation, known: Sequence[Candidate]) -> tuple[Member, ...]:

@@ -43,7 +43,7 @@ def needed(search: Search, whole: Fit, rng: np.random.Generator) -> tuple[Fit, l
     What has gone may have stood for an effect outside the set, which is then taken in.
     """
     gone: list[Judged] = []
-    count = len(whole.labels) + 1
+    count, changed = len(whole.labels) + 1, False
     while True:
         reached("weighing", len(gone), count)
         judged, least, rest = _weakest(search, whole, rng)
@@ -51,7 +51,10 @@ def needed(search: Search, whole: Fit, rng: np.random.Generator) -> tuple[Fit, l
             gone.append(least)
             label = least.member.candidate.label
             left = [x for x in whole.labels if x != label]
-            whole = search.fitted(left, whole, go_on=True) if rest is None else search.afresh(rest)
+            whole, changed = search.fitted(left, whole) if rest is None else rest, True
+            continue
+        if changed:
+            whole, changed = search.afresh(whole), False
             continue
         further = _further(search, whole, {j.member.candidate.label for j in gone}, rng) if gone else None
         if further is None:

@@ -7,7 +7,6 @@ effect is in the model already, by a secant from its absent value where it is no
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,13 +56,12 @@ def sensitivities(
     members: Sequence[Member],
     absent: Sequence[Candidate],
     more: Mapping[str, Sequence[Variant]] | None = None,
-    skip: AbstractSet[str] = frozenset(),
     samples: bool = False,
 ) -> Sensitivities:
     """Residual of the model with `members`, and the columns of their numbers and of the candidates in `absent`.
 
-    more: linearisations beside a candidate's own, by its label; skip: labels of members whose columns are not asked
-    for; samples: sample by sample, (m, 3, 1 + p) a channel, instead of over the bins of the transform.
+    more: linearisations beside a candidate's own, by its label; samples: sample by sample, (m, 3, 1 + p) a channel,
+    instead of over the bins of the transform.
     """
     vehicle = observation.vehicle
     x, owner = packed(members, vehicle)
@@ -71,8 +69,6 @@ def sensitivities(
     models: list[tuple[list[Effect], float]] = []
     of_members: list[list[int]] = [[] for _ in members]
     for i, (number, place) in enumerate(owner):
-        if members[number].candidate.label in skip:
-            continue
         step = inward(x[i] * place.scale, place, SMALL * abs(place.scale)) / place.scale
         moved = x.copy()
         moved[i] += step

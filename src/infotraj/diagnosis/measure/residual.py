@@ -28,6 +28,7 @@ from infotraj.models.prepared import Kept, Prepared
 from infotraj.rotations import Array
 
 T = TypeVar("T")
+_FEW = 3  # models whose residuals are kept: steps are held against where they begin
 SETTLING = 0.5  # s after the first row: the actuators start at their first command
 _GAP = 4.0  # usual steps; a longer step ends a run
 _FINEST = 0.005  # s between samples
@@ -78,12 +79,12 @@ class FlightSamples:
         return self.prepared.flight
 
     def residual(self, model: Model) -> list[Array]:
-        """Measured minus predicted, one (m, 3) a channel; that of the last model is kept."""
+        """Measured minus predicted, one (m, 3) a channel; those of the last few models are kept."""
         return self._last.get("residual", model.key, lambda: self.of_prediction(model.predict(self.prepared)))
 
     @cached_property
     def _last(self) -> Kept:
-        return Kept(1)
+        return Kept(_FEW)
 
     def of_prediction(self, prediction: Prediction) -> list[Array]:
         """Measured minus what this prediction says, one (m, 3) a channel."""

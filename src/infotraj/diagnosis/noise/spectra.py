@@ -9,6 +9,7 @@ share that is explained (Bendat and Piersol, "Random data", 2010, 6.1), so that 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -64,6 +65,11 @@ class Weights:
     coherence: Array
     second: tuple[Array, ...]
     balance: frozenset[str] = frozenset()
+
+    def without(self, ignored: AbstractSet[str]) -> Weights:
+        """The same where further axes have no weight."""
+        out = np.array([a in ignored for a in self.axes])
+        return replace(self, coherence=np.where(out[:, None], 0.0, self.coherence))
 
     def slow(self, axis: str) -> int:
         """How many bands say how large an error is."""

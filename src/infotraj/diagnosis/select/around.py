@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -20,7 +21,6 @@ from infotraj.effects.base import Effect
 from infotraj.rotations import Array
 
 _STILL = 1e-6  # usual sizes: deviation of a number that stays absent
-_NEAR = 0.3  # usual sizes within which a number's column stays what it is
 
 
 @dataclass(frozen=True)
@@ -49,8 +49,7 @@ class Linear:
     """The model around `point`: its members now (held effects, chosen ones, file numbers that are off).
 
     columns: every number; choices: sets of columns that stand for an effect, held ones left out; variants: of each
-    choice, None where it is a member; found: residual and columns as spectra; weights, sums: see there; origin: the
-    effects as they were where a member's columns were made, by label.
+    choice, None where it is a member; found: residual and columns as spectra; weights, sums: see there.
     """
 
     observation: Observation
@@ -61,7 +60,6 @@ class Linear:
     found: tuple[Spectrum, ...]
     weights: Weights
     sums: Sums
-    origin: Mapping[str, Effect] = field(default_factory=dict)
 
     @cached_property
     def now(self) -> Array:
@@ -79,10 +77,11 @@ class Linear:
         held = {m.candidate.label for m in self.point if m.held}
         return tuple(i for i, c in enumerate(self.columns) if c.candidate.label in held)
 
-    def scorer(self, scales: Scales, held: Sequence[Member] | None = None) -> Scorer:
+    def scorer(self, scales: Scales, held: Sequence[Member] | None = None, bounded: bool = True) -> Scorer:
         """What scores sets of effects when the file is off by as much as `scales` says.
 
         held: the effects that the model has already, with numbers that stay; where not given they are fitted along.
+        bounded: numbers stop at their bounds.
         """
         low = np.array([c.lowest if c.candidate.label in scales.corrects else c.low for c in self.columns])
         high = np.array([c.high for c in self.columns])
@@ -90,20 +89,23 @@ class Linear:
         now = np.array([c.now for c in self.columns])
         # An idle number is told as a step from where it is.
         low, high = np.where(idle, low - now, low), np.where(idle, high - now, high)
+        lowest = np.minimum(low, [c.lowest for c in self.columns])
+        if not bounded:
+            low, high, lowest = np.full_like(low, -np.inf), np.full_like(high, np.inf), np.full_like(low, -np.inf)
         healthy = self.observation.healthy
         if healthy is not None and scales.common > 0.0:
             # Held against what the healthy flights would have, identified or not: no less is known of a sum than that.
             mean = healthy.mean([(c.candidate.label, c.place) for c in self.columns])
             at_mean = self.absent.shifted(mean)
             prior = self.prior(scales)
-            return Scorer(at_mean, self.choices, self.kept, prior, low - mean, high - mean, mean, self.scatter)
+            bounds = {"low": low - mean, "high": high - mean, "lowest": lowest - mean}
+            return Scorer(at_mean, self.choices, self.kept, prior, **bounds, given=mean, scatter=self.scatter)
+        known = {"scatter": self.scatter, "slab": self._slab(scales), "lowest": lowest}
         if held is None:
-            known = (self.prior(scales), low, high, None, self.scatter, self._slab(scales))
-            return Scorer(self.absent, self.choices, self.kept, *known)
+            return Scorer(self.absent, self.choices, self.kept, self.prior(scales), low, high, **known)
         given = self._numbers(held)
         shifted = self.absent.shifted(given)
-        slab = self._slab(scales)
-        return Scorer(shifted, self.choices, (), self.prior(scales), low, high, given, self.scatter, slab)
+        return Scorer(shifted, self.choices, (), self.prior(scales), low, high, given, **known)
 
     @property
     def scatter(self) -> Array | None:
@@ -151,11 +153,18 @@ class Linear:
                 out[i] = 0.0
         return out
 
-    def weighed_by(self, observation: Observation) -> Linear:
-        """The same columns where other axes count."""
-        weighed = weights(self.found, observation.ignored, None, observation.balance)
-        sums = gathered(self.found, weighed, observation.blocks)
-        return replace(self, observation=observation, weights=weighed, sums=sums)
+    def weighed_anew(self) -> Linear:
+        """The same columns under weights that settle from the start."""
+        return self._weighed(weights(self.found, self.observation.ignored, None, self.observation.balance))
+
+    def without_axes(self, axes: AbstractSet[str]) -> Linear:
+        """The same columns where further axes do not count. The others weigh what they did: around what was found there
+        is little left to measure weights by."""
+        made = self._weighed(self.weights.without(axes))
+        return replace(made, observation=self.observation.without_axes(axes))
+
+    def _weighed(self, weighed: Weights) -> Linear:
+        return replace(self, weights=weighed, sums=gathered(self.found, weighed, self.observation.blocks))
 
     def weighed_beside(self, columns: Sequence[int]) -> Linear:
         """The same where all that these columns leave is noise: an axis on which a file fails that is taken as it is,
@@ -321,21 +330,10 @@ def linearised(
     old: list[int] = []  # columns of `like` that are used again
     reused: list[Choice] = []
     of_reused: list[Variant | None] = []
-    near: dict[str, list[int]] = {}
     if like is not None:
         names = {m.candidate.name for m in point}
         changed = names ^ {m.candidate.name for m in like.point}
         again = {c.label for c in known if anew or c.label in more or changed & {*c.cls.beside}}
-        near = {m.candidate.label: own for m in point if (own := _columns_near(like, m)) is not None}
-        # What acts on others and has moved, or gone, leaves none of their columns as they were.
-        moved = {m.candidate.cls for m in point if m.candidate.label not in near}
-        moved |= {m.candidate.cls for m in like.point if m.candidate.label not in inside}
-        stale = {name for cls in moved for name in cls.beside}
-        near = {
-            m.candidate.label: near[x]
-            for m in point
-            if (x := m.candidate.label) in near and m.candidate.name not in stale
-        }
         for choice, variant in zip(like.choices, like.variants, strict=True):
             if variant is not None and choice.label not in inside and choice.label not in again:
                 reused.append(choice)
@@ -343,16 +341,13 @@ def linearised(
                 old += choice.columns
         has = {c.label for c in reused}
         absent = [c for c in absent if c.label not in has]
-        old += [i for own in near.values() for i in own]
-    found = sensitivities(observation, point, absent, more, frozenset(near))
+    found = sensitivities(observation, point, absent, more)
     first = found.joint[0][0].shape[2] - 1
     columns: list[Column] = [None] * (first + len(old))  # type: ignore[list-item]
     alike = {name: sum(c.name == name for c in known) for name in {c.name for c in known}}
     choices: list[Choice] = []
     variants: list[Variant | None] = []
-    for m, fresh in zip(point, found.members, strict=True):
-        label = m.candidate.label
-        at = tuple(first + old.index(i) for i in near[label]) if label in near else tuple(fresh)
+    for m, at in zip(point, found.members, strict=True):
         now = read(m.effect, places(m.candidate, vehicle))
         for k, i in enumerate(at):
             columns[i] = _column(m.candidate, k, now[k], observation)
@@ -387,11 +382,8 @@ def linearised(
     else:
         weighed = weights(parts, observation.ignored, None if like is None else like.weights, observation.balance)
         sums = gathered(parts, weighed, observation.blocks)
-    origin = {m.candidate.label: m.effect for m in point}
-    if like is not None:
-        origin |= {label: like.origin[label] for label in near}
     made = (tuple(point), tuple(columns), tuple(choices), tuple(variants), tuple(parts))
-    return Linear(observation, *made, weighed, sums, origin)
+    return Linear(observation, *made, weighed, sums)
 
 
 def _further(like: Linear, known: Sequence[Candidate]) -> dict[str, list[Variant]]:
@@ -417,19 +409,6 @@ def balanced(s: Spectrum, without: Sequence[int]) -> None:
 def in_balance(candidate: Candidate) -> bool:
     """Whether an effect changes the balance of torques of a vehicle that stays level: not inertia, nor when it acts."""
     return candidate.cls.place in ("thrust", "wrench") or candidate.cls.balance
-
-
-def _columns_near(like: Linear, m: Member) -> list[int] | None:
-    """The columns of a member in an earlier linearisation that was made near its numbers now; None if there is none."""
-    before = like.origin.get(m.candidate.label)
-    if before is None:
-        return None
-    at = places(m.candidate, like.observation.vehicle)
-    moved = (read(m.effect, at) - read(before, at)) / [p.scale for p in at]
-    own = [i for i, c in enumerate(like.columns) if c.candidate.label == m.candidate.label]
-    if np.max(np.abs(moved), initial=0.0) > _NEAR or len(own) != len(at):
-        return None
-    return sorted(own, key=lambda i: like.columns[i].place)
 
 
 def _column(candidate: Candidate, place: int, value: float, observation: Observation, absent: bool = False) -> Column:

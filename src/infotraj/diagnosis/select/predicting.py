@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.noise.spectra import binned, spectra
 from infotraj.diagnosis.select.fit import Fit
 from infotraj.rotations import Array
@@ -16,10 +15,10 @@ from infotraj.rotations import Array
 TELLS = float(np.log(1.2))  # by which errors on flights not fitted fall for what is told: a sixth of one axis
 
 
-def left(made: Fit, each: Array | None, every: bool = False) -> Array:
+def left(made: Fit, each: Array | None) -> Array:
     """Mean square (axes,) of the slow coefficients of every fold under the numbers that were fitted without it.
 
-    each (folds, p); None: the model as given. every: with the file's numbers that are not chosen, too.
+    each (folds, p); None: the model as given.
     """
     linear, o = made.linear, made.linear.observation
     axes = linear.sums.axes
@@ -28,7 +27,7 @@ def left(made: Fit, each: Array | None, every: bool = False) -> Array:
     for k, fold in enumerate(folds):
         members = [m for m in linear.point if m.held] if made.held is None else list(made.held)
         if each is not None:
-            members = list(linear.members(made.chosen, each[k], shift=0.0 if every else np.inf, straight=every))
+            members = list(linear.members(made.chosen, each[k], shift=np.inf))
         model = o.model(members)
         for number, (samples, turns) in enumerate(zip(o.samples, o.transforms, strict=True)):
             if fold is not None and fold not in o.blocks.fold[o.blocks.flight == number]:
@@ -43,15 +42,6 @@ def left(made: Fit, each: Array | None, every: bool = False) -> Array:
                 total[axes.index(s.axis)] += s.values[own, 0] @ s.values[own, 0]
                 count[axes.index(s.axis)] += own.sum()
     return total / np.maximum(count, 1)
-
-
-def net_of(made: Fit) -> float:
-    """The same of the forces and torques that can be judged, with every number of the file."""
-    linear = made.linear
-    axes = [refusal.axis_group(a) is not None and a not in linear.observation.ignored for a in linear.sums.axes]
-    before, after = left(made, None), left(made, made.solution.each, every=True)
-    share = np.where(before > 0, np.sqrt(after / np.maximum(before, 1e-300)), 0.0)
-    return net(share[np.array(axes, dtype=bool)])
 
 
 def net(share: Array) -> float:

@@ -38,16 +38,24 @@ def as_commanded(observation: Observation, held: Sequence[Member], known: Sequen
     here = linearised(observation, held, known)
     if not any(sparse(s.flight, observation.vehicle) for s in observation.samples):
         return here
-    best, score = observation, searched(here)[2].score
+    best, score = observation, _within_bounds(here)
     for count in _COUNTS:
         stepping = _stepping(observation, held, count)
         made = replace(here, observation=stepping).moved(here.point)
         if made is None:
             continue
-        reached = searched(made)[2].score
+        reached = _within_bounds(made)
         if reached > score:
             best, score = stepping, reached
     return here if best is observation else linearised(best, held, known)
+
+
+def _within_bounds(now: Linear) -> float:
+    """How probable the best set is, nats, with numbers within their bounds: commands that are held over rows that are
+    missing come late, and a fit would have them act before they were given."""
+    chosen, scales, solution = searched(now)
+    free = now.scorer(scales, bounded=False).solution(chosen)
+    return solution.score - 0.5 * (now.absent.whole_error(solution.theta) - now.absent.whole_error(free.theta))
 
 
 def _stepping(observation: Observation, held: Sequence[Member], count: int) -> Observation:

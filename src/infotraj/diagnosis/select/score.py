@@ -55,7 +55,8 @@ class Scorer:
     kept: columns of effects that stay (slab); prior (p, p): covariance of the numbers that are not chosen (spikes), 0
     where there is none; low, high (p,): bounds in usual sizes from absent; given (p,): numbers that are in the sums
     already, and in every solution; scatter (p,): what every number differs by from flight to flight; slab (p,):
-    deviation of a number that is chosen, the usual one where not given.
+    deviation of a number that is chosen, the usual one where not given; lowest (p,): lower bounds of numbers that are
+    not chosen, where they are others.
     """
 
     def __init__(
@@ -69,6 +70,7 @@ class Scorer:
         given: Array | None = None,
         scatter: Array | None = None,
         slab: Array | None = None,
+        lowest: Array | None = None,
     ) -> None:
         self.slab = np.full(sums.width, SLAB) if slab is None else slab
         self.choices = tuple(choices)
@@ -76,7 +78,7 @@ class Scorer:
         self.kept, self.prior = np.array(kept, dtype=int), prior
         self.spike = np.sqrt(np.diag(prior))
         self.correlated = np.count_nonzero(prior) > np.count_nonzero(self.spike)
-        self.low, self.high = low, high
+        self.low, self.high, self.lowest = low, high, low if lowest is None else lowest
         folds = sums.by_fold
         if scatter is not None and len(folds) > 1 and np.array_equal(sums.fold, sums.flight):
             folds = np.array([diluted(f, scatter) for f in folds])
@@ -124,22 +126,28 @@ class Scorer:
         return out
 
     def solution(self, chosen: tuple[int, ...]) -> Solution:
-        """The numbers of one set, on all folds and without each."""
+        """The numbers of one set, on all folds and without each; those beyond a bound stay at it, the file's too."""
         columns = np.array(self._columns(chosen), dtype=int)
-        bound = self._bound_values(columns)
-        prior = self._with_slabs(columns)
-        found = []
-        for part in self.parts:
-            b, gram = part[0, 1:], part[1:, 1:]
-            free = np.array([c for c in np.flatnonzero(np.diag(prior) > 0) if c not in bound], dtype=int)
+        found = np.array([self._bounded(part, columns) for part in self.parts]) + self.given
+        return Solution(tuple(chosen), float(self.scores([tuple(chosen)])[0]), found[0], found[1:])
+
+    def _bounded(self, part: Array, columns: NDArray) -> Array:
+        """Numbers (p,) of a set of columns for one part of the flights, within their bounds."""
+        b, gram, prior = part[0, 1:], part[1:, 1:], self._with_slabs(columns)
+        low = self.lowest.copy()
+        low[columns] = self.low[columns]
+        free = np.diag(prior) > 0
+        theta = np.zeros(len(b))
+        for _ in range(_PASSES):
             precision = _inverse(prior[np.ix_(free, free)])
-            theta = np.zeros(len(b))
-            for c, value in bound.items():
-                theta[c] = value
-            left = b - gram @ theta
-            theta[free] = _solve(gram[np.ix_(free, free)] + precision, left[free])
-            found.append(theta + self.given)
-        return Solution(tuple(chosen), float(self.scores([tuple(chosen)])[0]), found[0], np.array(found[1:]))
+            theta[free] = 0.0
+            theta[free] = _solve(gram[np.ix_(free, free)] + precision, (b - gram @ theta)[free])
+            beyond = free & ((theta < low) | (theta > self.high))
+            theta = np.clip(theta, low, self.high, where=free, out=theta)
+            if not beyond.any():
+                break
+            free &= ~beyond
+        return theta
 
     def damped(self, chosen: tuple[int, ...], now: Array, damping: float) -> Array:
         """Numbers (p,) on all folds after a step from `now` towards the set's own, which damping shortens.
@@ -147,7 +155,7 @@ class Scorer:
         Most where little is told: what only several numbers together tell would go far for little (Marquardt 1963).
         """
         columns = np.array(self._columns(chosen), dtype=int)
-        bound = self._bound_values(columns)
+        bound = self._bound_values(columns, sure=0.0)
         prior = self._with_slabs(columns)
         free = np.array([c for c in np.flatnonzero(np.diag(prior) > 0) if c not in bound], dtype=int)
         theta = np.zeros(len(prior))
@@ -335,7 +343,7 @@ class Scorer:
         return float(part.known + fixed + 0.5 * (found @ right[free] - size))
 
     def _bound_values(
-        self, columns: NDArray, theta: Array | None = None, error: Array | None = None
+        self, columns: NDArray, theta: Array | None = None, error: Array | None = None, sure: float = _SURE
     ) -> dict[int, float]:
         """Columns whose numbers a fit drives beyond a bound, and the bound at which they are held."""
         if not len(columns):
@@ -351,7 +359,7 @@ class Scorer:
             out = [
                 (int(c), lo if x < lo else hi)
                 for c, x, e, lo, hi in zip(free, theta, error, low, high, strict=True)
-                if x < lo - _SURE * e or x > hi + _SURE * e
+                if x < lo - sure * e or x > hi + sure * e
             ]
             if not out:
                 break

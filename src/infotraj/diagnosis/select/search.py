@@ -17,9 +17,8 @@ from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.noise.spectra import binned, spectra
 from infotraj.diagnosis.select.around import Linear, linearised
 from infotraj.diagnosis.select.bounds import beyond_bounds, parts_beyond
-from infotraj.diagnosis.select.choosing import MOST, searched
+from infotraj.diagnosis.select.choosing import searched
 from infotraj.diagnosis.select.fit import LOOSE, Fit
-from infotraj.diagnosis.select.predicting import TELLS, net_of
 from infotraj.diagnosis.select.prior import Scales, is_file_number
 from infotraj.diagnosis.select.scaling import scaled
 from infotraj.diagnosis.select.score import Solution
@@ -27,13 +26,13 @@ from infotraj.progress import pieces, reached
 from infotraj.rotations import Array
 
 _ROUNDS = 5
-_ORDINARY = Scales(1.0)
 _SETTLED = 1.0  # weighted squared error by which a last step may still fall
 _FAR = 0.1  # of the error, by which it may still fall where rounds ran out: with more the numbers are not found yet
 _PROMISED = 1.0  # of the error: where more than half of what is left is only said to go, the model never came there
 _HALVES = 5
 _DAMPING = (0.01, 0.1, 1.0)  # of a step, where no part of it makes the error fall
 _CHEAP = 6  # steps with the columns that there are, for one that makes them anew
+_ALIKE = 0.1  # of what a step promised may be promised again beside columns that are as good as new ones
 _CONTRACTS = 0.8  # of what a step promised may be promised again: with more the columns are not those of the place
 _EXPECTED = 1.2  # times the error that the linear model says of a step: with more it is taken by half
 
@@ -53,35 +52,17 @@ class Search:
     barred: dict[str, str] = field(default_factory=dict)
     damped: bool = False
 
-    def best(self, now: Linear, exact: bool = False) -> Fit:
-        """The most probable set of effects, fitted. now: where it begins; exact: it holds every number of the file."""
+    def best(self, now: Linear, like: Fit | None = None) -> Fit:
+        """The most probable set of effects, fitted. now: where it begins; like: the set of an earlier search there."""
         reached("searching")
-        begun = Fit(now, *searched(now), self.known, exact=exact)
-        found = self._from(begun)
-        if not exact:
-            found = self._better_start(begun, self._anew(found))
+        if like is None:
+            found = self._anew(self._from(Fit(now, *searched(now), self.known)))
+        else:
+            again = searched(now, now.labelled(like.labels), like.scales)
+            found = self._from(Fit(now, *again, self.known, exact=like.exact))
         reached("bounds")
         best = max((found, *self._partnered(found)), key=lambda f: f.worth)
         return self._within(found if best is found else self._settled(best, best.labels, 3 * _ROUNDS, False))
-
-    def _better_start(self, begun: Fit, found: Fit) -> Fit:
-        """What was found from `begun`, or from the set that is best beside an ordinary file, where that predicts more.
-
-        Far from where the numbers belong, part of what they explain is measured as noise, and noise is no reason to go
-        there: a search that went astray holds its own end for the most probable one. Prediction of flights that were
-        not fitted does not.
-        """
-        if self.observation.healthy is not None:
-            return found
-        now = begun.linear
-        solution = now.scorer(_ORDINARY).search(MOST, [i for i, c in enumerate(now.choices) if np.isfinite(c.price)])
-        other = replace(begun, chosen=solution.chosen, scales=_ORDINARY, solution=solution)
-        if set(other.labels) == set(begun.labels):
-            return found
-        pieces("another start", 3)  # times its mean, as if one diagnosis in three began twice
-        reached("another start")
-        other = self._anew(self._from(other))
-        return other if net_of(other) < net_of(found) - TELLS else found
 
     def _from(self, made: Fit) -> Fit:
         """The best set, from a fit on: made linear around it and searched again until it settles."""
@@ -132,9 +113,14 @@ class Search:
         reached("searching anew", 0, 2 + _ROUNDS)
         point = now.members(made.chosen, made.solution.theta, shift=0.0, straight=True)
         fresh = linearised(self.observation, point, self.known, like=now, anew=True)
-        chosen, scales, solution = searched(fresh, fresh.labelled(made.labels), made.scales, self.barred.keys())
         reached("searching anew", 1, 2 + _ROUNDS)
-        return self._from(replace(made, linear=fresh, chosen=chosen, scales=scales, solution=solution, exact=True))
+        kept = replace(self._at(made, made.labels, fresh), exact=True)
+        chosen, scales, solution = searched(fresh, kept.chosen, made.scales, self.barred.keys())
+        other = replace(kept, chosen=chosen, scales=scales, solution=solution)
+        # What the linear model promises of another set is not yet what the model makes of it.
+        return self._from(
+            max((self._settled(f, f.labels, _ROUNDS, True) for f in (kept, other)), key=lambda f: f.worth)
+        )
 
     def _within(self, made: Fit) -> Fit:
         """The best set of which no number ends at a physical bound: what needs that stands for something else.
@@ -269,7 +255,7 @@ class Search:
             made = self._at(made, labels, now.weighed_beside(columns))
         for k in range(rounds):
             reached("fitting", k, rounds)
-            made, settled = (made, False) if go_on else self._nearer(made, labels, rounds)
+            made, settled = self._nearer(made, labels, rounds, fresh=go_on)
             if settled:
                 break
             after = self._at(made, labels, self._stepped(made, frozen))
@@ -281,14 +267,23 @@ class Search:
                 break
         return made
 
-    def _nearer(self, made: Fit, labels: Sequence[str], rounds: int) -> tuple[Fit, bool]:
-        """The fit after steps with the columns that it has, while each does what it promised; whether it settled."""
+    def _nearer(self, made: Fit, labels: Sequence[str], rounds: int, fresh: bool) -> tuple[Fit, bool]:
+        """The fit after steps with the columns that it has, while each does what it promised; whether it settled.
+
+        fresh: only where the columns are as good as new ones: of the same set, and each step did nearly all that it
+        promised.
+        """
         beside_file = made.scales.common == 0.0 and self.observation.healthy is None
         if (not made.exact and not beside_file) or any(made.linear.variants[i] is not None for i in made.chosen):
             return made, False
+        inside, as_new = {m.candidate.label for m in made.linear.point}, True
         for k in range(_CHEAP * rounds):
             now, promised = made.linear, made.gain_left
-            moved = now.moved(now.members(made.chosen, made.solution.theta, shift=0.0, straight=True))
+            point = now.members(made.chosen, made.solution.theta, shift=0.0, straight=True)
+            as_new = as_new and {m.candidate.label for m in point} == inside
+            if abs(promised) < _SETTLED and as_new and fresh:
+                return made, True
+            moved = now.moved(point)
             if moved is None:
                 break
             after = self._at(made, labels, moved)
@@ -303,9 +298,10 @@ class Search:
                     break
             elif left > max(_CONTRACTS * abs(promised), _SETTLED):
                 break
+            as_new = as_new and left < max(_ALIKE * abs(promised), _SETTLED)
             made = after
             if left < _SETTLED:
-                return made, True
+                return made, as_new or not fresh
         return made, False
 
     def _at(self, made: Fit, labels: Sequence[str], now: Linear) -> Fit:
@@ -341,7 +337,7 @@ class Search:
             # Beside all that the file is off by, as the linear model has it.
             tried = now.members(chosen, numbers, shift=0.0, straight=True)
             left.append((0.0 if np.array_equal(theta, now.now) else self._error(now, tried), made.next_point(numbers)))
-            if left[-1][0] <= allowed:
+            if left[-1][0] <= allowed or (len(left) > 1 and left[-1][0] > left[-2][0]):
                 break
         point = min(left, key=lambda x: x[0])[1]
         return linearised(self.observation, point, self.known, like=now, frozen=frozen or made.exact)
@@ -354,13 +350,19 @@ class Search:
         yield from (scorer.damped(made.chosen, now.now, damping) for damping in _DAMPING if self.damped)
 
     def _error(self, like: Linear, point: Sequence[Member]) -> float:
-        """Weighted squared error of the model at a point, under the weights of a linearisation."""
+        """Weighted squared error of the model at a point, under the weights of a linearisation, from how it changes."""
         o = self.observation
-        raw = o.raw(o.model(point))
-        if raw is None:
+        here, there = (o.raw(o.model(x), coarse=True) for x in (like.point, point))
+        if here is None or there is None:
             return float("inf")
-        found = spectra(o.samples, o.transforms, binned(o.transforms, raw))
-        return float(sum(np.sum(s.weighted(like.weights.of(k, s)) ** 2) for k, s in enumerate(found)))
+        moved = [[b - a for a, b in zip(*both, strict=True)] for both in zip(here, there, strict=True)]
+        total = 0.0
+        for k, (s, change) in enumerate(
+            zip(like.found, spectra(o.samples, o.transforms, binned(o.transforms, moved)), strict=True)
+        ):
+            left = replace(change, values=s.values[:, :1] + change.values[:, :1])
+            total += float(np.sum(left.weighted(like.weights.of(k, s)) ** 2))
+        return total
 
     def _say(self, now: Linear, chosen: tuple[int, ...], scales: Scales, solution: Solution) -> None:
         labels = " + ".join(now.choices[i].label for i in chosen) or "nothing"
