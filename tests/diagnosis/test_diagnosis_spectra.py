@@ -204,6 +204,24 @@ def test_noise_of_the_inputs_does_not_make_noise_of_what_moves(start):
     assert (found.coherence[0, 3:] < 0.1).all()
 
 
+@pytest.mark.parametrize("noisy", [False, True])
+def test_a_torque_that_is_commanded_and_turns_nothing_is_to_be_explained(noisy):
+    """Nothing turns but for noise: the model as given is wrong by all that is commanded, which a column explains. Of
+    inputs that are measured that may be their noise."""
+    rng = np.random.default_rng(8)
+    frequency = np.tile((np.arange(40) + 0.5) / 2, 100)
+    band = np.clip(np.searchsorted(EDGES, frequency, side="right") - 1, 0, len(EDGES) - 2)
+    commanded = np.where(frequency < 1.5, rng.standard_normal(len(frequency)), 0.0)
+    measured = 0.05 * rng.standard_normal(len(frequency))
+    time = np.repeat(np.arange(100) + 1.0, 40)
+    s = Spectrum("tx", 0, np.stack([measured - commanded, commanded], axis=1), measured, band, time, noisy=noisy)
+    first = weights([s])
+    assert (first.coherence[0, :3] > 0.95).all() if not noisy else (first.coherence[0, :3] < 0.1).all()
+    # Beside the column nothing of it is left: what was to be explained is as it was.
+    explained = Spectrum("tx", 0, np.stack([measured, commanded], axis=1), measured, band, time, noisy=noisy)
+    np.testing.assert_allclose(weights([explained], start=first).coherence[0, :3], first.coherence[0, :3], atol=0.05)
+
+
 def test_parts_of_one_flight_that_are_held_out_are_each_in_one_piece():
     found, _ = made_spectra(np.random.default_rng(6), lambda f: 0.1)
     cut = blocks([found])
@@ -213,6 +231,6 @@ def test_parts_of_one_flight_that_are_held_out_are_each_in_one_piece():
 
 def test_an_axis_that_is_left_out_later_has_no_weight_and_the_others_have_theirs():
     noise, coherence = np.full((2, BANDS), 2.0), np.full((2, BANDS), 0.7)
-    made = Weights(("fx", "tz"), noise, coherence, ()).without({"tz"})
+    made = Weights(("fx", "tz"), noise, coherence, (), noise).without({"tz"})
     assert np.array_equal(made.coherence, np.stack([coherence[0], np.zeros(BANDS)]))
     assert np.array_equal(made.noise, noise)

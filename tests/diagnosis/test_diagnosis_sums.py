@@ -188,7 +188,7 @@ def made_of(flights=3, seconds=20, count=12):
             found.append(spectrum(axis, flight, RNG.standard_normal((n, 3)), band, time))
     noise, coherence = RNG.uniform(0.5, 2.0, (2, BANDS)), RNG.uniform(0.1, 1.0, (2, BANDS))
     second = tuple(RNG.uniform(0.1, 1.0, len(s.band)) for s in found)
-    return found, Weights(("fx", "tz"), noise, coherence, second)
+    return found, Weights(("fx", "tz"), noise, coherence, second, noise)
 
 
 def test_sums_are_those_of_the_coefficients_written_out():

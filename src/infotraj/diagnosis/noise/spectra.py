@@ -57,13 +57,15 @@ class Weights:
     """Weights of the coefficients, in units of the inverse of their variance.
 
     axes: names; noise (axes, bands): variance that the richest model leaves; coherence (axes, bands); second: for each
-    spectrum (n,) by how much its second counts; balance: axes of which the slowest band alone counts.
+    spectrum (n,) by how much its second counts; beyond (axes, bands): how many times as much as was measured is to be
+    explained; balance: axes of which the slowest band alone counts.
     """
 
     axes: tuple[str, ...]
     noise: Array
     coherence: Array
     second: tuple[Array, ...]
+    beyond: Array
     balance: frozenset[str] = frozenset()
 
     def without(self, ignored: AbstractSet[str]) -> Weights:
@@ -125,11 +127,12 @@ def weights(
     ignored: frozenset[str] = frozenset(),
     start: Weights | None = None,
     balance: frozenset[str] = frozenset(),
+    beyond: Array | None = None,
 ) -> Weights:
     """The weights, from what a fit of all columns at once leaves, reweighted until they settle.
 
     ignored: axes of no weight; start: weights of nearly the same columns, which settle sooner; balance: axes of which
-    the slowest band alone has weight.
+    the slowest band alone has weight; beyond: as in `Weights`, of the model as given; told of these where not given.
     """
     axes = tuple(dict.fromkeys(s.axis for s in found))
     # What the balance of one flight is off by in the mean is no noise of its seconds.
@@ -137,9 +140,12 @@ def weights(
     width = found[0].values.shape[1]
     second = [np.ones(len(s.band)) for s in found] if start is None else list(start.second)
     noise = coherence = moves = np.ones((len(axes), BANDS))
-    theta = np.zeros(width - 1)
+    known = start.beyond if start is not None and beyond is None else beyond
+    beyond = np.ones((len(axes), BANDS)) if known is None else known
     for k in range(_ROUNDS if start is None else 2):
         gram, count, side = _by_band(found, axes, second, width)
+        if k == 0 and known is None:
+            beyond = _beyond(gram, count, side, any(s.noisy for s in found))
         if k == 0 and start is not None:
             noise = start.noise
         elif k == 0:
@@ -156,7 +162,7 @@ def weights(
         left = gram @ along @ along
         spent = np.einsum("ij,abji->ab", covariance, gram[:, :, 1:, 1:]) * inverse_noise
         noise = _positive(_variance(left, count, spent), gram, count)
-        told = side / np.maximum(count, 1)
+        told = beyond * side / np.maximum(count, 1)
         coherence = np.where(np.isfinite(told), np.clip(1.0 - noise / np.maximum(told, 1e-300), 0.0, 1.0), 1.0)
         # Torques that are large balance: that is as good as measured, at its slowest.
         coherence[[a in balance for a in axes]] = np.arange(BANDS) == 0
@@ -164,7 +170,18 @@ def weights(
             _seconds(s, s.values @ along, noise[axes.index(s.axis)], coherence[axes.index(s.axis)]) for s in found
         ]
     coherence = np.where(np.array([a in ignored for a in axes])[:, None], 0.0, coherence)
-    return Weights(axes, noise, coherence, tuple(second), balance)
+    return Weights(axes, noise, coherence, tuple(second), beyond, balance)
+
+
+def _beyond(gram: Array, count: Array, side: Array, noisy: bool) -> Array:
+    """How many times as much as was measured is to be explained, (axes, bands), at least 1; arguments as in `_moves`.
+
+    Of a torque that is commanded for seconds and turns nothing little is measured: there it is most of what the model
+    as given is wrong by. What measured inputs are wrong by is their noise, too, and is not to be explained.
+    """
+    seen = side / np.maximum(count, 1)
+    residual = np.zeros_like(seen) if noisy else gram[:, :, 0, 0] / np.maximum(count, 1)
+    return np.maximum(1.0, _NEARLY * residual / np.maximum(seen, 1e-300))
 
 
 def _moves(gram: Array, count: Array, side: Array) -> Array:

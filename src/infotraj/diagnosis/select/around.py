@@ -155,7 +155,8 @@ class Linear:
 
     def weighed_anew(self) -> Linear:
         """The same columns under weights that settle from the start."""
-        return self._weighed(weights(self.found, self.observation.ignored, None, self.observation.balance))
+        o = self.observation
+        return self._weighed(weights(self.found, o.ignored, None, o.balance, self.weights.beyond))
 
     def without_axes(self, axes: AbstractSet[str]) -> Linear:
         """The same columns where further axes do not count. The others weigh what they did: around what was found there
@@ -171,7 +172,8 @@ class Linear:
         says little of them."""
         beside = [0, *(1 + c for c in columns)]
         parts = [replace(s, values=s.values[:, beside]) for s in self.found]
-        weighed = weights(parts, self.observation.ignored, None, self.observation.balance)
+        o = self.observation
+        weighed = weights(parts, o.ignored, None, o.balance, self.weights.beyond)
         return replace(self, weights=weighed, sums=gathered(self.found, weighed, self.observation.blocks))
 
     def moved(self, point: Sequence[Member]) -> Linear | None:
