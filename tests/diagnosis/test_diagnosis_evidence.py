@@ -160,25 +160,39 @@ def test_of_many_others_those_stay_that_are_missed_most():
     assert any(0 not in s and 7 not in s for s in sets)
 
 
+def claims(*falls):
+    """Evidence by label, of which the errors of axes fall by so much."""
+    return {str(k): Evidence(0.0, (0.0, 0.0), (0, 0), 0.0, 0.0, "fx", falls=f) for k, f in enumerate(falls)}
+
+
+def gains(whole, *falls):
+    return [e.gain for e in shared(whole, claims(*falls)).values()]
+
+
+def two_axes(rng, _):
+    """On fx both columns act, on fz the second alone; the squared error is three times the noise on both."""
+    x = np.zeros((2, ROWS, 3))
+    x[0, :, 1:] = rng.standard_normal((ROWS, 2))
+    x[1, :, 2] = np.sqrt(2.0) * rng.standard_normal(ROWS)
+    x[:, :, 0] = x[:, :, 1:].sum(axis=2) + rng.standard_normal((2, ROWS))
+    return x
+
+
 def test_together_effects_claim_no_more_than_the_set_takes_off():
     """The set takes ln 3 / 2 off; two that claim that much each have half of it."""
-
-    def rows(rng, _):
-        x = np.zeros((ROWS, 3))
-        x[:, 1:] = rng.standard_normal((ROWS, 2))
-        x[:, 0] = x[:, 1:].sum(axis=1) + rng.standard_normal(ROWS)
-        return x
-
-    _, whole = linear_fit(NAMES, rows, NAMES)
+    _, whole = linear_fit(NAMES, lambda rng, k: two_axes(rng, k)[0], NAMES)
     gain = 0.5 * np.log(3.0)
+    assert gains(whole, {"fx": gain}, {"fx": gain}) == pytest.approx([0.5 * gain, 0.5 * gain], abs=0.03)
+    assert gains(whole, {"fx": gain}, {"fx": -5.0}) == pytest.approx([gain, -5.0], abs=0.06)
+    assert gains(whole, {"fx": 0.1}, {"fx": 0.1}) == [0.1, 0.1]
+    assert gains(whole, {"fx": -1.0}) == [-1.0]
 
-    def claims(each):
-        return [Evidence(0.0, (0.0, 0.0), (0, 0), 0.0, 0.0, "fx", gain=g) for g in each]
 
-    assert shared(whole, claims([gain, gain])) == pytest.approx(0.5, abs=0.03)
-    assert shared(whole, claims([gain, -5.0])) == pytest.approx(1.0, abs=0.06)
-    assert shared(whole, claims([0.1, 0.1])) == 1.0
-    assert shared(whole, claims([-1.0])) == 1.0
+def test_what_effects_share_of_one_axis_takes_nothing_from_another():
+    _, whole = linear_fit(NAMES, lambda rng, k: two_axes(rng, k).reshape(2 * ROWS, 3), NAMES, axes=("fx", "fz"))
+    gain = 0.5 * np.log(3.0)
+    found = gains(whole, {"fx": gain}, {"fx": gain, "fz": 0.4})
+    assert found == pytest.approx([0.5 * gain, 0.5 * gain + 0.4], abs=0.04)
 
 
 def test_data_that_scatter_from_block_to_block_as_the_noise_says_are_no_wider():

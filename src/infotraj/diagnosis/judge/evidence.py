@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 
 import numpy as np
@@ -80,18 +80,25 @@ def any_of(made: Fit, of: Sequence[int], always: Sequence[int], wider: float) ->
     return float(np.logaddexp.reduce(made.log_probability(sets) / wider))
 
 
-def shared(whole: Fit, found: Iterable[Evidence]) -> float:
-    """The share of its own gain that each effect of a set may claim: together they gain no more than the set does.
+def shared(whole: Fit, found: Mapping[str, Evidence]) -> dict[str, Evidence]:
+    """The evidence for every effect of a set, by label, with no more gain on an axis than the set has there.
 
-    Where numbers make up for one another the model without one of them is worse than the model without any.
+    Where numbers make up for one another the model without one of them is worse than the model without any: what two
+    claim together of an axis goes to each in proportion. What others make up for elsewhere is not an effect's doing.
     """
     linear, each = whole.linear, whole.solution.each
     mine = [i for i, c in enumerate(linear.columns) if c.candidate.label in whole.labels]
     without, kept = _Left.of(whole, whole.scorer.beside((), each, mine)), _Left.of(whole, each)
     own = acts(linear.absent, mine, whole.solution.theta, kept.believed)
-    together = float(_falls(without, kept)[own].sum())
-    alone = sum(max(e.gain, 0.0) for e in found)
-    return min(1.0, max(together, 0.0) / alone) if alone > 0.0 else 1.0
+    together = dict(zip(linear.sums.axes, np.where(own, np.maximum(_falls(without, kept), 0.0), 0.0), strict=True))
+    share = {}
+    for axis, gain in together.items():
+        alone = sum(max(e.falls.get(axis, 0.0), 0.0) for e in found.values())
+        share[axis] = min(1.0, float(gain) / alone) if alone > 0.0 else 1.0
+    return {
+        label: replace(e, gain=sum(share[a] * x if x > 0.0 else x for a, x in e.falls.items()))
+        for label, e in found.items()
+    }
 
 
 def _falls(without: _Left, kept: _Left) -> Array:

@@ -7,7 +7,7 @@ one another. What predicts least beside the others goes, the rest is fitted anew
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -73,10 +73,8 @@ def _weakest(search: Search, whole: Fit, rng: np.random.Generator) -> tuple[list
     found = {label: evidence(whole, label, rng) for label in own}
     rests: dict[str, Fit] = {}
     while True:
-        share = shared(whole, found.values())
-        judged = [
-            Judged(m, numbers[label], replace(found[label], gain=share * found[label].gain)) for label, m in own.items()
-        ]
+        of_set = shared(whole, found)
+        judged = [Judged(m, numbers[label], of_set[label]) for label, m in own.items()]
         open_to = [j for j in judged if not (j.member.candidate.cls.linear or j.member.candidate.label in rests)]
         weak = [j for j in judged if not j.needed]
         least = min(weak or open_to, key=lambda j: j.evidence.gain, default=None)
