@@ -127,21 +127,6 @@ def test_what_flights_differ_by_is_integrated_out():
     np.testing.assert_allclose(diluted(x.T @ x, scatter), x.T @ np.linalg.solve(covariance, x), atol=1e-9)
 
 
-def test_a_damped_step_goes_far_where_numbers_are_told_and_hardly_where_their_sum_alone_is():
-    """Two columns that are nearly alike: their sum is told well, their difference by the prior alone."""
-    x = RNG.standard_normal(400)
-    s = np.column_stack([x, x + 1e-4 * RNG.standard_normal(400)])
-    r = s @ [3.0, -1.0] + 0.1 * RNG.standard_normal(400)
-    made = scorer(10 * r, 10 * s, "ab")
-    now = np.array([0.5, -4.0])
-    whole, short = (made.damped((0, 1), now, d) for d in (0.0, 0.1))
-    np.testing.assert_allclose(whole, made.solution((0, 1)).theta, atol=1e-6)
-    assert short.sum() == pytest.approx(whole.sum(), abs=0.5)
-    assert np.diff(short) == pytest.approx(np.diff(now), abs=0.01)
-    assert abs(np.diff(short)[0] - np.diff(whole)[0]) > 1.0
-    np.testing.assert_allclose(made.damped((0, 1), now, 1e9), now, atol=1e-6)
-
-
 def with_bounds(r, s, names, low, high, **more):
     """Like `scorer`, with bounds of each number and what else a scorer takes."""
     choices = [Choice(n, (i,), 0.0) for i, n in enumerate(names)]

@@ -257,8 +257,7 @@ def test_the_bias_of_an_accelerometer_is_no_steady_force(force, bias):
 
 @pytest.mark.long
 def test_beside_a_file_that_whole_steps_do_not_mend_the_effect_is_found():
-    """From the first start the model does not come to its numbers, and nothing could be named: from another, or with
-    damped steps, it does."""
+    """With columns of a place that was left the model did not come to its numbers, and nothing could be named."""
     found = diagnosed(
         {"linear_drag": {"d": [0.05, 0.06, 0.04]}}, lambda vehicle: wrong_file(vehicle, "10%", np.random.default_rng(8))
     )

@@ -149,25 +149,6 @@ class Scorer:
             free &= ~beyond
         return theta
 
-    def damped(self, chosen: tuple[int, ...], now: Array, damping: float) -> Array:
-        """Numbers (p,) on all folds after a step from `now` towards the set's own, which damping shortens.
-
-        Most where little is told: what only several numbers together tell would go far for little (Marquardt 1963).
-        """
-        columns = np.array(self._columns(chosen), dtype=int)
-        bound = self._bound_values(columns, sure=0.0)
-        prior = self._with_slabs(columns)
-        free = np.array([c for c in np.flatnonzero(np.diag(prior) > 0) if c not in bound], dtype=int)
-        theta = np.zeros(len(prior))
-        theta[free] = (now - self.given)[free]
-        for c, value in bound.items():
-            theta[c] = value
-        gram, precision = self.parts[0][1:, 1:], _inverse(prior[np.ix_(free, free)])
-        inside = gram[np.ix_(free, free)] + precision
-        pull = (self.parts[0][0, 1:] - gram @ theta)[free] - precision @ theta[free]
-        theta[free] += _solve(inside + damping * np.diag(np.diag(inside)), pull)
-        return theta + self.given
-
     def beside(self, chosen: tuple[int, ...], near: Array, mine: Sequence[int] = ()) -> Array:
         """Numbers (folds, p) of a set of choices without each fold, beside a file that could be.
 
@@ -343,7 +324,7 @@ class Scorer:
         return float(part.known + fixed + 0.5 * (found @ right[free] - size))
 
     def _bound_values(
-        self, columns: NDArray, theta: Array | None = None, error: Array | None = None, sure: float = _SURE
+        self, columns: NDArray, theta: Array | None = None, error: Array | None = None
     ) -> dict[int, float]:
         """Columns whose numbers a fit drives beyond a bound, and the bound at which they are held."""
         if not len(columns):
@@ -359,7 +340,7 @@ class Scorer:
             out = [
                 (int(c), lo if x < lo else hi)
                 for c, x, e, lo, hi in zip(free, theta, error, low, high, strict=True)
-                if x < lo - sure * e or x > hi + sure * e
+                if x < lo - _SURE * e or x > hi + _SURE * e
             ]
             if not out:
                 break

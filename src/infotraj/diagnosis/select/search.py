@@ -23,14 +23,11 @@ from infotraj.diagnosis.select.prior import Scales, is_file_number
 from infotraj.diagnosis.select.scaling import scaled
 from infotraj.diagnosis.select.score import Solution
 from infotraj.progress import pieces, reached
-from infotraj.rotations import Array
 
 _ROUNDS = 5
 _SETTLED = 1.0  # weighted squared error by which a last step may still fall
 _FAR = 0.1  # of the error, by which it may still fall where rounds ran out: with more the numbers are not found yet
-_PROMISED = 1.0  # of the error: where more than half of what is left is only said to go, the model never came there
 _HALVES = 5
-_DAMPING = (0.01, 0.1, 1.0)  # of a step, where no part of it makes the error fall
 _CHEAP = 6  # steps with the columns that there are, for one that makes them anew
 _ALIKE = 0.1  # of what a step promised may be promised again beside columns that are as good as new ones
 _CONTRACTS = 0.8  # of what a step promised may be promised again: with more the columns are not those of the place
@@ -41,8 +38,7 @@ _EXPECTED = 1.2  # times the error that the linear model says of a step: with mo
 class Search:
     """The state of a search: flights, candidates, and what it did (`trail`), for the verbose output.
 
-    barred: labels of candidates whose numbers would end at a physical bound, and of what; damped: where no part of a
-    step makes the error fall, it is damped: without, the model had not come to its numbers.
+    barred: labels of candidates whose numbers would end at a physical bound, and of what.
     """
 
     observation: Observation
@@ -50,7 +46,6 @@ class Search:
     held: tuple[Member, ...]
     trail: list[str] = field(default_factory=list)
     barred: dict[str, str] = field(default_factory=dict)
-    damped: bool = False
 
     def best(self, now: Linear, like: Fit | None = None) -> Fit:
         """The most probable set of effects, fitted. now: where it begins; like: the set of an earlier search there."""
@@ -125,22 +120,15 @@ class Search:
     def _within(self, made: Fit) -> Fit:
         """The best set of which no number ends at a physical bound: what needs that stands for something else.
 
-        Of several at a bound the one goes that is worth least; what it stood for is searched anew. Where the model
-        does not come to the numbers that it is said to need, damped steps are tried, and then no set does.
+        Of several at a bound the one goes that is worth least; what it stood for is searched anew.
         """
         while True:
             if made.may_fall(_FAR):
                 made = self._settled(made, made.labels, 3 * _ROUNDS, False)
             inside = {m.candidate.label for m in made.members if not m.held}
             ended = {k: v for k, v in beyond_bounds(made.members, self.observation.vehicle).items() if k in inside}
-            if not ended and not (made.exact and made.may_fall(_PROMISED)):
-                return made
             if not ended:
-                if self.damped:
-                    return self._empty(made)
-                self.damped = True
-                made = self._climbed(made)
-                continue
+                return made
             sets = {x: tuple(i for i in made.chosen if made.linear.choices[i].label != x) for x in ended}
             least = list(ended)[int(np.argmax(made.scorer.scores(list(sets.values()))))]
             self.barred[least] = ended[least]
@@ -165,12 +153,6 @@ class Search:
         """The same set without the numbers that stay absent."""
         now = replace(made.linear, observation=self.observation)
         return self.fitted(made.labels, replace(made, linear=now), go_on=True)
-
-    def _empty(self, made: Fit) -> Fit:
-        """The model that is given, and no number of its file moved."""
-        self.barred |= dict.fromkeys(made.labels, "the model does not come to the numbers that it would need")
-        bare = replace(made, chosen=(), exact=False)
-        return self._at(bare, (), self._without_others(bare, True))
 
     def _partnered(self, found: Fit) -> Iterator[Fit]:
         """The same with what an effect acts beside exchanged, under the same weights: its columns are made anew.
@@ -325,15 +307,15 @@ class Search:
         return linearised(self.observation, point, self.known, like=now, frozen=frozen or made.exact)
 
     def _stepped(self, made: Fit, frozen: bool = False) -> Linear:
-        """The model around the numbers of a solution; where the error does not fall, the best part of the way there, or
-        of a way that is damped where little is told."""
+        """The model around the numbers of a solution; where the error does not fall, the best part of the way."""
         now, chosen, theta = made.linear, made.chosen, made.solution.theta
         here = now.sums.whole_error(np.zeros(now.sums.width))
         there = now.absent.whole_error(theta)
         # A file that is taken as it is may leave more than before: as much as the linear model says is expected.
         allowed = max(here, there + _SETTLED if made.exact else _EXPECTED * there)
         left: list[tuple[float, tuple[Member, ...]]] = []
-        for numbers in self._on_the_way(made):
+        for k in range(_HALVES):
+            numbers = now.now + 0.5**k * (theta - now.now)
             # Beside all that the file is off by, as the linear model has it.
             tried = now.members(chosen, numbers, shift=0.0, straight=True)
             left.append((0.0 if np.array_equal(theta, now.now) else self._error(now, tried), made.next_point(numbers)))
@@ -342,27 +324,14 @@ class Search:
         point = min(left, key=lambda x: x[0])[1]
         return linearised(self.observation, point, self.known, like=now, frozen=frozen or made.exact)
 
-    def _on_the_way(self, made: Fit) -> Iterator[Array]:
-        """Numbers to try, one after another, on the way to those of a solution."""
-        now, theta = made.linear, made.solution.theta
-        yield from (now.now + 0.5**k * (theta - now.now) for k in range(_HALVES))
-        scorer = now.scorer(made.scales, made.held)
-        yield from (scorer.damped(made.chosen, now.now, damping) for damping in _DAMPING if self.damped)
-
     def _error(self, like: Linear, point: Sequence[Member]) -> float:
-        """Weighted squared error of the model at a point, under the weights of a linearisation, from how it changes."""
+        """Weighted squared error of the model at a point, under the weights of a linearisation."""
         o = self.observation
-        here, there = (o.raw(o.model(x), coarse=True) for x in (like.point, point))
-        if here is None or there is None:
+        raw = o.raw(o.model(point))
+        if raw is None:
             return float("inf")
-        moved = [[b - a for a, b in zip(*both, strict=True)] for both in zip(here, there, strict=True)]
-        total = 0.0
-        for k, (s, change) in enumerate(
-            zip(like.found, spectra(o.samples, o.transforms, binned(o.transforms, moved)), strict=True)
-        ):
-            left = replace(change, values=s.values[:, :1] + change.values[:, :1])
-            total += float(np.sum(left.weighted(like.weights.of(k, s)) ** 2))
-        return total
+        found = spectra(o.samples, o.transforms, binned(o.transforms, raw))
+        return float(sum(np.sum(s.weighted(like.weights.of(k, s)) ** 2) for k, s in enumerate(found)))
 
     def _say(self, now: Linear, chosen: tuple[int, ...], scales: Scales, solution: Solution) -> None:
         labels = " + ".join(now.choices[i].label for i in chosen) or "nothing"
