@@ -195,6 +195,26 @@ def test_what_effects_share_of_one_axis_takes_nothing_from_another():
     assert found == pytest.approx([0.5 * gain, 0.5 * gain + 0.4], abs=0.04)
 
 
+def test_what_others_do_on_axes_where_an_effect_does_nothing_is_no_evidence_for_it():
+    """On fx one column may stand for the other; on fz, where the first does nothing, the second would then be wrong."""
+
+    def rows(rng, _):
+        x = np.zeros((2, ROWS, 3))
+        x[0, :, 1] = rng.standard_normal(ROWS)
+        x[0, :, 2] = 3.0 * x[0, :, 1] + 0.1 * rng.standard_normal(ROWS)
+        x[1, :, 2] = rng.standard_normal(ROWS)
+        x[:, :, 0] = x[:, :, 1:].sum(axis=2) + rng.standard_normal((2, ROWS))
+        return x.reshape(2 * ROWS, 3)
+
+    _, whole = linear_fit(NAMES, rows, NAMES, axes=("fx", "fz"))
+    found = evidence(whole, "linear_drag", np.random.default_rng(0))
+    without = whole.error(whole.scorer.beside((1,), whole.solution.each, [0]))
+    kept = whole.error(whole.solution.each)
+    assert found.heldout_change == pytest.approx(kept[0].sum() / without[0].sum() - 1.0)
+    assert found.heldout_change != pytest.approx(kept.sum() / without.sum() - 1.0, rel=0.2)
+    assert found.by_axis["fz"] == 0.0
+
+
 def test_data_that_scatter_from_block_to_block_as_the_noise_says_are_no_wider():
     wider, covariance = overdispersion(fit(1.0))
     assert 1.0 <= wider < 1.5

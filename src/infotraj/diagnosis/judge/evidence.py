@@ -24,12 +24,12 @@ _LEAST = 1e-3  # of the squared error that is left on an axis: what moves it by 
 class Evidence:
     """Evidence for one effect beside the others of a set.
 
-    heldout_change: relative change of the weighted squared error on flights not fitted, with its 95 % interval;
-    flights_better: folds in which it falls, of all; selected: share of resamples in which it falls; rise: by how much
-    the error on the most affected axis rises without it, in units of the floor; by_axis: that of each axis; axis: the
-    most affected one; falls: the logarithm by which the root mean square error (slow, weighed by coherence) of flights
-    not fitted falls on each axis on which it acts; gain: their sum; probability: that it is needed; form_error: share
-    by which its size differs between parts of the flights.
+    heldout_change: relative change of the weighted squared error on flights not fitted, of the axes on which it acts,
+    with its 95 % interval; flights_better: folds in which it falls, of all; selected: share of resamples in which it
+    falls; rise: by how much the error on the most affected axis rises without it, in units of the floor; by_axis: that
+    of each axis; axis: the most affected one; falls: the logarithm by which the root mean square error (slow, weighed
+    by coherence) of flights not fitted falls on each axis on which it acts; gain: their sum; probability: that it is
+    needed; form_error: share by which its size differs between parts of the flights.
     """
 
     heldout_change: float
@@ -153,17 +153,17 @@ def _against(
     whole: Fit, out: _Left, kept: _Left, nats: float, mine: Sequence[int], rng, theta: Array | None = None
 ) -> Evidence:
     sums = whole.linear.absent
-    lost, left = out.error, kept.error
+    # What other numbers do on an axis meanwhile is not this effect's doing.
+    own = acts(sums, mine, whole.solution.theta if theta is None else theta, kept.believed)
+    lost, left = out.error[own], kept.error[own]
     draws = resampled(sums.flight, rng)
     a, b = draws @ lost.sum(axis=0), draws @ left.sum(axis=0)
     change = (b - a) / np.maximum(a, 1e-300)
     better = [bool(left[:, sums.fold == f].sum() < lost[:, sums.fold == f].sum()) for f in np.unique(sums.fold)]
     takes = out.believed - kept.believed
     floor = np.maximum(kept.believed, 1e-300)
-    rise = np.maximum((lost - left).sum(axis=1) / np.maximum(sums.windows.sum(axis=1), 1), takes / floor)
-    # What other numbers do on an axis meanwhile is not this effect's doing.
-    own = acts(sums, mine, whole.solution.theta if theta is None else theta, kept.believed)
-    rise, falls = np.where(own, rise, 0.0), _falls(out, kept)
+    rise = (out.error - kept.error).sum(axis=1) / np.maximum(sums.windows.sum(axis=1), 1)
+    rise, falls = np.where(own, np.maximum(rise, takes / floor), 0.0), _falls(out, kept)
     total = float(lost.sum())
     return Evidence(
         float((left.sum() - total) / max(total, 1e-300)),
