@@ -256,12 +256,9 @@ class Linear:
         for i, c in enumerate(self.columns):
             label = c.candidate.label
             taken = label in held or (label in labels and i in chosen_columns)
-            loose = (
-                label not in labels
-                and label not in held
-                and is_file_number(c.candidate)
-                and (straight or not c.candidate.cls.linear)
-            )
+            # Of a healthy model every number is known with an error, as those of a file are.
+            known = is_file_number(c.candidate) or self.observation.healthy is not None
+            loose = label not in labels and label not in held and known and (straight or not c.candidate.cls.linear)
             if not taken and not (loose and theta[i] != 0.0):
                 continue
             candidates[label] = c.candidate
@@ -347,6 +344,7 @@ def linearised(
     first = found.joint[0][0].shape[2] - 1
     columns: list[Column] = [None] * (first + len(old))  # type: ignore[list-item]
     alike = {name: sum(c.name == name for c in known) for name in {c.name for c in known}}
+    of_change = observation.healthy is not None
     choices: list[Choice] = []
     variants: list[Variant | None] = []
     for m, at in zip(point, found.members, strict=True):
@@ -354,12 +352,14 @@ def linearised(
         for k, i in enumerate(at):
             columns[i] = _column(m.candidate, k, now[k], observation)
         if not m.held and m.candidate.label in asked:
-            choices.append(Choice(m.candidate.label, at, price(m.candidate, alike.get(m.candidate.name, 1), flights)))
+            cost = price(m.candidate, alike.get(m.candidate.name, 1), flights, of_change)
+            choices.append(Choice(m.candidate.label, at, cost))
             variants.append(None)
     for c in found.choices:
         for column, (i, _, _) in zip(c.columns, c.variant.points, strict=True):
             columns[column] = _column(c.candidate, i, c.variant.start[i], observation, absent=True)
-        choices.append(Choice(c.candidate.label, c.columns, price(c.candidate, alike[c.candidate.name], flights)))
+        cost = price(c.candidate, alike[c.candidate.name], flights, of_change)
+        choices.append(Choice(c.candidate.label, c.columns, cost))
         variants.append(c.variant)
     parts = spectra(observation.samples, observation.transforms, found.joint)
     if like is not None:

@@ -95,15 +95,14 @@ class Search:
         return made
 
     def _anew(self, made: Fit) -> Fit:
-        """The best set around the file as it is found to be, every number of it.
+        """The best set around the file, or the healthy model, as it is found to be, every number of it.
 
-        The first columns are made beside the file as it is given: where its numbers have moved, an effect that acts on
-        what they change would not be told from them as it is. The healthy model is near what flights show from the
-        start.
+        The first columns are made beside the numbers as they are given: where they have moved, an effect that acts on
+        what they change would not be told from them as it is.
         """
         now, inside = made.linear, {m.candidate.label for m in made.members}
         point = now.members(made.chosen, made.solution.theta, shift=LOOSE, straight=True)
-        if self.observation.healthy is not None or all(m.candidate.label in inside for m in point):
+        if all(m.candidate.label in inside for m in point):
             return made
         reached("searching anew", 0, 2 + _ROUNDS)
         point = now.members(made.chosen, made.solution.theta, shift=0.0, straight=True)
