@@ -349,7 +349,7 @@ def test_a_swinging_load_is_made_linear_at_the_length_that_was_found():
 
 
 def test_every_number_that_healthy_flights_know_is_in_the_model_of_a_set_and_of_the_file_those_of_the_file():
-    """A drag is no number of a file: beside one it is absent where no set has it; healthy flights know how large it is."""
+    """A drag is no number of a file: beside one it is absent where no set has it. Healthy flights know its size."""
     _, whole = linear_fit(["linear_drag", "mass_offset"], lambda rng, k: rng.standard_normal((ROWS, 3)), [])
     beside_file = whole.linear
     healthy = SimpleNamespace(**{**vars(beside_file.observation), "healthy": SimpleNamespace(effects={})})
