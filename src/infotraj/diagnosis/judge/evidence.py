@@ -96,7 +96,7 @@ def shared(whole: Fit, found: Mapping[str, Evidence]) -> dict[str, Evidence]:
         alone = sum(max(e.falls.get(axis, 0.0), 0.0) for e in found.values())
         share[axis] = min(1.0, float(gain) / alone) if alone > 0.0 else 1.0
     return {
-        label: replace(e, gain=sum(share[a] * x if x > 0.0 else x for a, x in e.falls.items()))
+        label: replace(e, gain=float(sum(share[a] * x if x > 0.0 else x for a, x in e.falls.items())))
         for label, e in found.items()
     }
 

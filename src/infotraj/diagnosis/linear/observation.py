@@ -85,12 +85,12 @@ class Observation:
         """A candidate as it is before anything is found: absent, or healthy."""
         return candidate.absent(self.vehicle) if self.healthy is None else self.healthy.values(candidate, self.vehicle)
 
-    def raw(self, model: Model, coarse: bool = False) -> list[list[Array]] | None:
-        """Residuals of all flights; None where the model cannot be evaluated. coarse: for how they change."""
+    def raw(self, model: Model) -> list[list[Array]] | None:
+        """Residuals of all flights; None where the model cannot be evaluated."""
         try:
             # Numbers far from any flight may overflow: such a model is not one.
             with np.errstate(all="ignore"):
-                found = [s.residual(model) for s in (self.coarse if coarse else self.samples)]
+                found = [s.residual(model) for s in self.samples]
         except InputError:
             return None
         return found if all(np.isfinite(x).all() for flight in found for x in flight) else None

@@ -28,7 +28,7 @@ from infotraj.models.prepared import Kept, Prepared
 from infotraj.rotations import Array
 
 T = TypeVar("T")
-_FEW = 3  # models whose residuals are kept: steps are held against where they begin
+_FEW = 3  # models whose residuals are kept: of the parts of a step that were tried an earlier one may be taken
 SETTLING = 0.5  # s after the first row: the actuators start at their first command
 _GAP = 4.0  # usual steps; a longer step ends a run
 _FINEST = 0.005  # s between samples
