@@ -1,7 +1,9 @@
 """Whether one wrong entry of the vehicle file explains a flight: a spin, two rotors or tilts in each other's place.
 
 Each entry is changed by itself and the torque predicted again. Such an entry is no physical effect: a fit to the
-flights of a vehicle whose file has a spin reversed finds a steady torque that is not there.
+flights of a vehicle whose file has a spin reversed finds a steady torque that is not there. Nor is it every error of a
+file: a file whose numbers are off by ten percent fits better with them mended than with its rotors in another order,
+so that both are asked with their numbers free (`near_file`).
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ from scipy.ndimage import uniform_filter1d
 
 from infotraj.comparing.equation_error import AXES, EquationError, equation_error
 from infotraj.diagnosis.gates.doubt import Doubt
+from infotraj.diagnosis.gates.near_file import nats_against
 from infotraj.dynamics.actuators import body_wrench
 from infotraj.errors import InputError
 from infotraj.flight import Flight
@@ -28,9 +31,10 @@ _LOUD = 10.0  # times the floor: then the order of rotors and tilts is questione
 _BETTER = 1.5  # times less variance of the error on one axis with each change
 _FALL = 50.0  # times less variance in the end, unless next to nothing is left: effects can copy a part of a fault
 _LEFT = 2.0  # times the floor
+_SURE = 10.0  # nats by which a flight is more probable with each change: a layout is hardly ever wrong
 _STEPS = 12
 _ORDER = "in each other's place"
-_SAME = 0.05  # log likelihood
+_SAME = 0.05  # nats
 _VERIFIED = 3
 _NAMED = 3
 _SECONDS = 6.0  # of the flight are enough
@@ -59,30 +63,31 @@ def vehicle_fault(model: Model, flight: Flight, error: EquationError, contradict
     flight = flight.between(begin, begin + _SECONDS)
     vehicle, changes = model.vehicle, []
     start = part = equation_error(model, flight)
-    first = now = _variance(part)
+    now = _near(model, flight, start)
     for _ in range(_STEPS):
         tried = []
         for words, changed in _likely(Model(vehicle, model.effects), flight, part, every):
+            made = Model(changed, model.effects)
             try:
-                made = equation_error(Model(changed, model.effects), flight)
+                error = equation_error(made, flight)
             except InputError:
                 continue
-            tried.append((_gain(now, _variance(made), part.floor), words, changed, made))
-        best = max(tried, key=lambda x: x[0], default=None)
-        if best is None or best[0] <= 0:
+            tried.append((_near(made, flight, error), words, changed, error))
+        best = min(tried, key=lambda x: x[0], default=None)
+        if best is None or now - best[0] < _SURE:
             break
         # The two spins of a coaxial pair that shares a command cannot be told apart.
-        changes.append(" or ".join(words for gain, words, *_ in tried if gain > best[0] - _SAME))
-        vehicle, part = best[2], best[3]
-        now = _variance(part)
+        changes.append(" or ".join(words for nats, words, *_ in tried if nats < best[0] + _SAME))
+        now, _, vehicle, part = best
         if not suspected(part):
             break
     if not changes:
         return None
-    fall = float(np.nanmax(first[3:] / np.maximum(now[3:], 1e-300)))
+    before, after = _variance(start)[3:], _variance(part)[3:]
+    fall = float(np.nanmax(before / np.maximum(after, 1e-300)))
     with np.errstate(invalid="ignore"):
-        loud = np.any(now[3:] > (_LEFT * part.floor[3:]) ** 2)
-    if (fall < _FALL and loud) or _servo_bias_instead(model, flight, start, now):
+        loud = np.any(after > (_LEFT * part.floor[3:]) ** 2)
+    if fall < _FALL and loud:
         return None
     few = len(changes) <= _NAMED
     what = " and ".join(changes) if few else f"another order of rotors or tilts ({', '.join(changes)})"
@@ -103,30 +108,10 @@ def _fullest(used: Array) -> float:
     return float(full[np.argmin(np.abs(full - middle))])
 
 
-def _servo_bias_instead(model: Model, flight: Flight, error: EquationError, left: Array) -> bool:
-    """Whether constant offsets of the tilts explain the torque better than the changes that leave `left` (6,).
-
-    Reaction torques of a pair whose spins do not cancel turn with its arm as the thrust that a tilt's offset turns
-    sideways; the offset shows in the force too, so both are fitted together.
-    """
-    vehicle = model.vehicle
-    if not vehicle.tilts:
-        return False
+def _near(model: Model, flight: Flight, error: EquationError) -> float:
+    """How improbable the flight is with a file that may be off by as much as files are, in nats."""
     rotor, tilt = _actuators(model, flight)
-    width = _width(flight, error)
-    before = body_wrench(vehicle, rotor, tilt)
-    columns = []
-    for i in range(len(vehicle.tilts)):
-        turned = tilt.copy()
-        turned[:, i] += 1e-3
-        columns.append(uniform_filter1d((body_wrench(vehicle, rotor, turned) - before) / 1e-3, width, axis=0))
-    scored = np.isfinite(error.residual).all(axis=1)
-    y = error.residual[scored]
-    y = (y - y.mean(axis=0)) / (spread := y.std(axis=0))
-    x = np.stack([(c[scored] - c[scored].mean(axis=0)) / spread for c in columns], axis=2)
-    theta = np.linalg.lstsq(x.reshape(-1, x.shape[2]), y.reshape(-1), rcond=1e-9)[0]
-    rest = np.mean((y - x @ theta) ** 2, axis=0) * spread**2
-    return bool(np.sum(rest[3:]) < np.sum(left[3:]))
+    return nats_against(model.vehicle, rotor, tilt, error, _width(flight, error))
 
 
 def _actuators(model: Model, flight: Flight) -> tuple[Array, Array]:
