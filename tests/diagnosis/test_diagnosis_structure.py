@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 
 from infotraj.diagnosis.judge.features import BIN
-from infotraj.diagnosis.judge.unexplained import _axis, _binned_change, _formula, _loudness, _Stages, _Table
+from infotraj.diagnosis.judge.unexplained import (
+    _axis,
+    _binned_change,
+    _formula,
+    _loudness,
+    _plain_rise,
+    _Stages,
+    _Table,
+)
 from infotraj.models.recorded import Samples
 
 ROWS, FOLDS = 130, 4
@@ -102,6 +110,16 @@ def test_what_is_loud_is_slow_far_above_its_noise_and_a_share_of_gravity_or_of_t
     assert loud("tx", 0.3, measured=1.0) is not None
     assert loud("tx", 0.25, measured=1.0) is None
     assert loud("turn x", 1.0) is None
+
+
+def test_what_is_predicted_counts_by_what_it_leaves_where_it_is_more_than_the_fast_noise():
+    """Bands that no model explains weigh nothing: a thrust that is lost in the middle of a flight is left there."""
+    rows = np.arange(ROWS * FOLDS)
+    lost, noise = np.where(rows % ROWS > ROWS / 2, -1.0, 0.0), random(0)
+    assert _plain_rise(lost + 0.1 * noise, 0.8 * lost, 0.75) == pytest.approx(3.0)
+    assert _plain_rise(lost + 0.1 * noise, 0.8 * lost, 0.2) == pytest.approx(0.25)
+    assert _plain_rise(lost + 0.6 * noise, 0.8 * lost, 0.4) == 0.0
+    assert _plain_rise(noise, 0.1 * noise, 0.01) == 0.0
 
 
 def test_a_rate_that_grows_evenly_has_grown_by_its_slope_over_a_bin():

@@ -20,7 +20,7 @@ from infotraj.diagnosis.gates.saturation import saturated
 from infotraj.diagnosis.judge.deciding import Asked, decided
 from infotraj.diagnosis.judge.evidence import overdispersion
 from infotraj.diagnosis.judge.numbers import FileNumber, file_numbers, fitted_numbers
-from infotraj.diagnosis.judge.unexplained import Unexplained, unexplained
+from infotraj.diagnosis.judge.unexplained import Unexplained
 from infotraj.diagnosis.judge.verdicts import CONFIDENT, MATTERS, Finding, named
 from infotraj.diagnosis.linear.candidates import Candidate, candidates, places
 from infotraj.diagnosis.linear.healthy import Healthy
@@ -204,14 +204,10 @@ def diagnose(
     refused = {**refused, **dict.fromkeys(sideways, "no attitude: the vehicle is taken as level")}
     step(3, _STEPS, "judging")
     reached("structure")
-    one, two = np.random.default_rng([seed, 0]), np.random.default_rng([seed, 1])
-    left = unexplained(whole, matters, one) if search.known else Unexplained(False, ())
-    asked = Asked(search, tuple(catalog), why_not, left, refused, matters, two)
+    asked = Asked(search, tuple(catalog), why_not, refused, matters, seed, np.random.default_rng([seed, 1]))
     findings, told, made = decided(asked, whole)
     reached("errors")
     final, supported = made.fit, named(findings)
-    # What only effects explain that do not predict is left.
-    left = left if told is whole else unexplained(told, matters, one)
     into = [m for m in final.members if not m.held]
     chosen = [m for m in into if m.candidate.name in supported or m.candidate.label in made.beside]
     added = [*(m for m in final.members if m.held), *chosen] if chosen else list(held)
@@ -228,7 +224,7 @@ def diagnose(
     return Diagnosis(
         findings,
         supported,
-        left,
+        asked.left(told),
         doubts,
         refused,
         refusal.coherence(as_given),

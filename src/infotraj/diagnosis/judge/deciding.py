@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from infotraj.diagnosis.judge.groups import Rival
 from infotraj.diagnosis.judge.needed import Judged, needed
 from infotraj.diagnosis.judge.numbers import values_of
 from infotraj.diagnosis.judge.ratio import with_ratio
-from infotraj.diagnosis.judge.unexplained import Unexplained
+from infotraj.diagnosis.judge.unexplained import Unexplained, unexplained
 from infotraj.diagnosis.judge.verdicts import CONFIDENT, Finding, Judge, named
 from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.fit import Fit
@@ -32,19 +32,29 @@ _AGAIN = 10  # times its mean takes judging anew, where it comes
 @dataclass(frozen=True)
 class Asked:
     """What verdicts are drawn from beside a set: the search, names of the catalogue, those without a candidate and why,
-    structure that is left, axes on which nothing can be said, the least rise that counts."""
+    axes on which nothing can be said, the least rise that counts."""
 
     search: Search
     order: tuple[str, ...]
     hidden: Mapping[str, str]
-    left: Unexplained
     refused: Mapping[str, str]
     matters: float
+    seed: int
     rng: np.random.Generator
+    _left: dict[int, tuple[Fit, Unexplained]] = field(default_factory=dict)
+
+    def left(self, told: Fit) -> Unexplained:
+        """Structure that a set leaves: what only effects explain that do not predict is left."""
+        if not self.search.known:
+            return Unexplained(False, ())
+        if id(told) not in self._left:
+            found = unexplained(told, self.matters, np.random.default_rng([self.seed, 0]))
+            self._left[id(told)] = told, found
+        return self._left[id(told)][1]
 
     def judged(self, told: Fit, judged: Sequence[Judged]) -> tuple[tuple[Finding, ...], dict[str, Rival]]:
         """Findings of a set, and rivals that stand for a group."""
-        judge = Judge(self.search, told, judged, self.order, self.left, self.refused, self.matters, self.rng)
+        judge = Judge(self.search, told, judged, self.order, self.left(told), self.refused, self.matters, self.rng)
         return judge.findings(self.hidden)
 
 

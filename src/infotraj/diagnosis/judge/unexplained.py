@@ -3,7 +3,8 @@
 What is left of the fitted model, file numbers corrected, is averaged over 50 ms and predicted on held-out
 flights from named quantities, from what the vehicle did in the last second, and from random features of the motion (a
 Gaussian process by its features). Turbulence and sensor noise cannot be predicted so, whatever their colour; an effect
-that nobody listed can. Its size is judged as an effect's: by the rise of the weighted error that it makes.
+that nobody listed can. It matters as an effect does: by the rise of the weighted error that it makes, or of the error
+itself. Bands weigh by what the model explains, so that what it does not may weigh next to nothing.
 """
 
 from __future__ import annotations
@@ -71,6 +72,7 @@ def unexplained(whole: Fit, matters: float, rng: np.random.Generator) -> Unexpla
     predicted = [[np.zeros_like(x) for x in flight] for flight in left]
     loud: dict[str, Structure] = {}
     held: dict[str, tuple[float, float, tuple, str | None, float]] = {}
+    plain: dict[str, float] = {}
     for name in names:
         table = _table(o, left, predictions, name, rng)
         ridge = _Stages(table.features, table.fold)
@@ -81,6 +83,7 @@ def unexplained(whole: Fit, matters: float, rng: np.random.Generator) -> Unexpla
                 size = float(np.mean((table.target[:, i] - fitted) ** 2)) / (BIN**2 if axis[0] in "vt" else 1.0)
                 loud[axis] = Structure(axis, 0.0, 0.0, ratio**2, size, (), None, 0.0)
             held[axis] = outcome
+            plain[axis] = _plain_rise(table.target[:, i], fitted, outcome[0])
             for (flight, place, gathered), part in zip(table.where, np.split(fitted, table.cuts), strict=True):
                 channel = o.samples[flight].channels[place]
                 per_sample = part / gathered.size if channel.difference else part
@@ -95,11 +98,20 @@ def unexplained(whole: Fit, matters: float, rng: np.random.Generator) -> Unexpla
     real = [
         s
         for axis, s in every.items()
-        if axis not in ignored and s.share > max(s.chance, _LEAST_SHARE) and s.rise > matters
+        if axis not in ignored and s.share > max(s.chance, _LEAST_SHARE) and max(s.rise, plain[axis]) > matters
     ]
     named = {s.axis for s in real}
     real += [s for axis, s in loud.items() if axis not in named]
     return Unexplained(bool(real), tuple(sorted(real, key=lambda s: -s.rise)), every)
+
+
+def _plain_rise(y: Array, fitted: Array, share: float) -> float:
+    """By how much the square of what is left y (N,) would rise without what is predicted of it, a share of its square.
+
+    0 where what is predicted is less than the fast noise: an axis may be nothing but noise, and weigh nothing.
+    """
+    noise = float(white_noise(BIN * np.arange(float(len(y))), y[:, None])[0])
+    return share / (1.0 - share) if float(fitted.std()) > noise else 0.0
 
 
 def _loudness(y: Array, table: _Table, i: int, gravity: float) -> float | None:
