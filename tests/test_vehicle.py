@@ -71,6 +71,17 @@ def test_what_a_file_leaves_out_is_unknown_and_asking_for_it_says_so():
         vehicle.inertia_matrix()
 
 
+def test_moments_of_a_flat_body_that_are_off_by_ten_percent_are_read_and_doubted():
+    assert parse_vehicle(SMALL).inertia.doubt == ""
+    assert parse_vehicle(changed(inertia__zz=0.02)).inertia.beyond == 0.0
+    flat = parse_vehicle(changed(inertia__zz=0.0219)).inertia
+    assert flat.beyond == pytest.approx(0.095)
+    assert "one moment is 9.5 % larger than the sum of the other two" in flat.doubt
+    assert parse_vehicle(changed(inertia__zz=0.0249)).inertia.beyond > 0.24
+    with pytest.raises(InputError, match="no body has the principal moments"):
+        parse_vehicle(changed(inertia__zz=0.0251))
+
+
 def test_products_of_inertia_stand_on_both_sides():
     matrix = parse_vehicle(changed(inertia__xy=0.001, inertia__yz=-0.002)).inertia_matrix()
     assert np.array_equal(matrix, matrix.T)

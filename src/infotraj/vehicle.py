@@ -33,8 +33,15 @@ class _Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
+_NEARLY_FLAT = 1.25  # times the sum of the other two: moments of a flat body, each off by ten percent, are within it
+
+
 class Inertia(_Strict):
-    """Inertia about the centre of mass (kg m^2), body axes."""
+    """Inertia about the centre of mass (kg m^2), body axes.
+
+    No body has a principal moment larger than the sum of the other two. The file of a flat vehicle whose moments are
+    off by ten percent may say so: it is read, and `beyond` says by which share. What is further off is refused.
+    """
 
     xx: Positive
     yy: Positive
@@ -46,12 +53,25 @@ class Inertia(_Strict):
     @model_validator(mode="after")
     def _physical(self) -> Inertia:
         principal = np.linalg.eigvalsh(self.matrix())
-        if principal[0] <= 0 or principal[0] + principal[1] < principal[2] * (1 - 1e-9):
+        if principal[0] <= 0 or self.beyond > _NEARLY_FLAT - 1:
             raise ValueError(
                 f"no body has the principal moments {principal.round(6).tolist()}: each must be positive and "
                 "no larger than the sum of the other two"
             )
         return self
+
+    @property
+    def beyond(self) -> float:
+        """Share by which the largest principal moment exceeds the sum of the other two; 0 of a body that can be."""
+        principal = np.linalg.eigvalsh(self.matrix())
+        excess = float(principal[2] / (principal[0] + principal[1]) - 1.0)
+        return excess if excess > 1e-9 else 0.0
+
+    @property
+    def doubt(self) -> str:
+        """Why no body has these moments, in words; empty where one may."""
+        more = f"{100 * self.beyond:.2g} % larger than the sum of the other two, which it can at most equal"
+        return f"no body has this inertia: one moment is {more}" if self.beyond else ""
 
     def matrix(self) -> Array:
         """Inertia matrix, (3, 3), kg m^2."""

@@ -48,6 +48,11 @@ def test_what_no_vehicle_can_be_is_doubted(change, says):
     assert any(says in sentence for sentence in doubts(with_rotors(change)))
 
 
+def test_moments_that_no_body_has_are_doubted():
+    inertia = {**CONTENT["inertia"], "zz": 1.1 * (CONTENT["inertia"]["xx"] + CONTENT["inertia"]["yy"])}
+    assert any("no body has this inertia" in sentence for sentence in doubts({**CONTENT, "inertia": inertia}))
+
+
 @pytest.mark.parametrize(("factor", "doubted"), [(4.0, False), (6.0, True), (0.25, False), (0.16, True)])
 def test_a_propeller_pushes_within_a_factor_of_five_of_others_of_its_diameter(factor, doubted):
     radius = CONTENT["rotors"][0]["radius"]

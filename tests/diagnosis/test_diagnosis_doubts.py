@@ -18,6 +18,7 @@ from infotraj.diagnosis.gates.doubt import (
     refused_axes,
     with_mixed,
 )
+from infotraj.diagnosis.gates.impossible_body import impossible_body
 from infotraj.diagnosis.gates.level import as_level, unmeasured
 from infotraj.diagnosis.gates.premises import _still, _thin, command_step, remaining
 from infotraj.diagnosis.gates.saturation import saturated
@@ -344,6 +345,15 @@ def test_the_part_is_looked_at_that_can_be_compared_nearest_to_the_middle():
     used = np.arange(0.0, 30.0, 0.01)
     assert _fullest(used) == pytest.approx(12.0, abs=0.02)
     assert 20.0 <= _fullest(used[(used > 20.0) | (used % 1.0 < 0.2)]) <= 24.1
+
+
+def test_an_inertia_that_no_body_has_is_said_and_refuses_nothing():
+    assert impossible_body(QUAD) == []
+    zz = 1.1 * (QUAD.inertia.xx + QUAD.inertia.yy)
+    (doubt,) = impossible_body(QUAD.model_copy(update={"inertia": QUAD.inertia.model_copy(update={"zz": zz})}))
+    assert (doubt.code, doubt.axes, doubt.refuses) == ("impossible_inertia", (), False)
+    assert "one moment is 10 % larger" in doubt.reason
+    assert impossible_body(QUAD.model_copy(update={"inertia": None})) == []
 
 
 def test_every_wrong_entry_is_tried_once():

@@ -27,9 +27,10 @@ class Said:
 
 def alone(vehicle: Vehicle) -> list[Said]:
     """What can be told of the file by itself, good and not."""
+    body = [Said(vehicle.inertia.doubt, False)] if vehicle.inertia is not None and vehicle.inertia.doubt else []
     if not vehicle.rotors:
-        return []
-    return [*_hover(vehicle), *_thrusts(vehicle), *_places(vehicle), *_spins(vehicle)]
+        return body
+    return [*body, *_hover(vehicle), *_thrusts(vehicle), *_places(vehicle), *_spins(vehicle)]
 
 
 def _hover(vehicle: Vehicle) -> list[Said]:

@@ -14,6 +14,7 @@ from infotraj.comparing.equation_error import AXES
 from infotraj.comparing.statistics import Statistics, statistics
 from infotraj.diagnosis.gates import agreement, premises, refusal
 from infotraj.diagnosis.gates.doubt import Doubt, as_accepted, of_residual, once, refused_axes, with_mixed
+from infotraj.diagnosis.gates.impossible_body import impossible_body
 from infotraj.diagnosis.gates.level import as_level
 from infotraj.diagnosis.gates.observing import observe
 from infotraj.diagnosis.gates.saturation import saturated
@@ -198,7 +199,7 @@ def diagnose(
         pieces("searching again", _AGAIN)
         reached("searching again")
         search, whole, why_not = _searched(observation, held, doubts, list(catalog), known, hidden, taken, whole)
-    doubts = (*doubts, *saturated(flights, vehicle))
+    doubts = (*doubts, *saturated(flights, vehicle), *impossible_body(vehicle))
     refused = with_mixed(refused_axes(doubts), observation.samples)
     sideways = [a for a in AXES[:2] if "v" + a[1] in observation.ignored and a not in refused]
     refused = {**refused, **dict.fromkeys(sideways, "no attitude: the vehicle is taken as level")}
