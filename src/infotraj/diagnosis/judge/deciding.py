@@ -15,6 +15,7 @@ import numpy as np
 
 from infotraj.diagnosis.judge.giving import Given, given
 from infotraj.diagnosis.judge.groups import Rival
+from infotraj.diagnosis.judge.lone_rotor import with_lone_rotor
 from infotraj.diagnosis.judge.needed import Judged, needed
 from infotraj.diagnosis.judge.numbers import values_of
 from infotraj.diagnosis.judge.ratio import with_ratio
@@ -89,6 +90,7 @@ def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
         if not lost and len(rest) == len(told.labels):
             findings = _with_held_back(findings, made.held_back | _still(told))
             findings, made = with_ratio(findings, told, made, asked.rng)
+            findings, made = with_lone_rotor(search, findings, told, made, asked.rng)
             return _with_apart(findings, made), told, made
         why |= lost
         impossible |= lost.keys() & {x.split()[0] for x in at_bound.keys() - made.lost.keys()}

@@ -1,0 +1,94 @@
+"""A rotor that is out of line with the others: where the file has all of them wrong by as much, one is still weak.
+
+How far files have rotors wrong in common is no measure of how far one may differ from the others: a weak motor may be
+within what a file is off by, and is none of its errors where the others agree. Each is held against the others by the
+spread that they have (an outlier test with an exact level; Grubbs 1969), so that as many names are false as it says,
+whatever the file. It is named where it takes half of an error off flights that were not fitted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy import stats
+
+from infotraj.diagnosis.judge.evidence import evidence, overdispersion
+from infotraj.diagnosis.judge.giving import Given, given
+from infotraj.diagnosis.judge.numbers import fitted_numbers, values_of
+from infotraj.diagnosis.judge.verdicts import CONFIDENT, Finding
+from infotraj.diagnosis.select.fit import Fit
+from infotraj.diagnosis.select.prior import Scales
+from infotraj.diagnosis.select.search import Search
+from infotraj.rotations import Array
+
+LEVEL = 0.01  # of files whose rotors differ at random one in a hundred has a lone one
+_ROTOR, _PLACE = "rotor_effectiveness", "com_offset"
+_FEWEST = 4  # rotors: with fewer nothing says how much they differ
+_HALF = float(np.log(2.0))  # by which the error of an axis falls
+_SURE = 3.0  # standard errors
+_ROUNDS = 4
+
+
+def with_lone_rotor(
+    search: Search, findings: tuple[Finding, ...], told: Fit, made: Given, rng: np.random.Generator
+) -> tuple[tuple[Finding, ...], Given]:
+    """The findings with the rotor that is out of line with the others, where one is; the model that is given with it.
+
+    told: the set of what is needed, beside a file that is free to be wrong.
+    """
+    label = lone_rotor(told)
+    if label is None or any(f.verdict in CONFIDENT and _ROTOR in (f.name, *f.group) for f in findings):
+        return findings, made
+    named = [x for x in made.fit.labels if x not in made.beside]
+    ratio = [x for x in list(made.of_ratio)[:1] if x not in named]
+    tried = [label, *(_PLACE for c in search.known if c.name == _PLACE and _PLACE not in named)]
+    fits = {x: search.fitted([*named, *ratio, x], told, Scales(0.0), _ROUNDS, go_on=True) for x in tried}
+    falls = {x: evidence(fit, x, rng) for x, fit in fits.items()}
+    axis = max(falls[label].falls, key=lambda a: falls[label].falls[a], default="")
+    most = falls[label].falls.get(axis, 0.0)
+    if most < _HALF:
+        return findings, made
+    # What leaves twice as much there is told from it.
+    group = tuple(x.split()[0] for x, e in falls.items() if e.falls.get(axis, 0.0) > most - _HALF)
+    new = {x.split()[0]: _finding(x, fits[x], group, falls[x]) for x in tried if x.split()[0] in group}
+    return tuple(new.get(f.name, f) for f in findings), given(search, told, [*named, label])
+
+
+def _finding(label: str, fit: Fit, group: tuple[str, ...], found) -> Finding:
+    k = [m.candidate.label for m in fit.members].index(label)
+    one = Finding(label.split()[0], "Supported", group, found, values_of(fit.members[k]), fitted_numbers(fit)[k])
+    if len(group) == 1:
+        return one
+    return replace(one, verdict="Not separable", reason=f"these flights cannot tell {' from '.join(group)}")
+
+
+def lone_rotor(told: Fit) -> str | None:
+    """The label of the rotor whose thrust is out of line with that of the others, if one is; how far a file may be
+    off is not asked."""
+    columns, vehicle = told.linear.columns, told.linear.observation.vehicle
+    own = [i for i, c in enumerate(columns) if c.candidate.name == _ROTOR and c.candidate.label not in told.labels]
+    if told.linear.observation.healthy is not None or len(own) < max(_FEWEST, len(vehicle.rotors)):
+        return None
+    size = np.array([columns[i].scale for i in own])
+    factor = told.solution.theta[own] * size
+    covariance = overdispersion(told)[1][np.ix_(own, own)] * np.outer(size, size)
+    chance = chance_of_each(factor, covariance)
+    least = int(np.argmin(chance))
+    return columns[own[least]].candidate.label if chance[least] * len(own) < LEVEL else None
+
+
+def chance_of_each(x: Array, covariance: Array) -> Array:
+    """How often a number of n that differ at random lies as far from the others as each of x (n,) does, (n,).
+
+    covariance (n, n): of what is not known of x; each is taken to be nearer by three of its standard errors.
+    """
+    n = len(x)
+    out = np.ones(n)
+    for i in range(n):
+        apart = np.full(n, -1.0 / (n - 1))
+        apart[i] = 1.0
+        spread = float(np.std(np.delete(x, i), ddof=1)) * np.sqrt(n / (n - 1))
+        far = max(abs(float(apart @ x)) - _SURE * float(np.sqrt(apart @ covariance @ apart)), 0.0)
+        out[i] = 2.0 * stats.t.sf(far / max(spread, 1e-300), n - 2)
+    return out
