@@ -191,7 +191,7 @@ class Along:
 
     def _met(self) -> tuple[Array, Array]:
         position, axis = self._frames()
-        return (position + self._keep("moved", lambda: _moved(self)) if self.air.moved else position), axis
+        return (self._keep("met", lambda: position + _moved(self)) if self.air.moved else position), axis
 
     def _frames(self) -> tuple[Array, Array]:
         return self.actuation.keep("frames", lambda: rotor_frames(self.vehicle, self.tilt))

@@ -95,9 +95,9 @@ class Prepared:
         def make() -> Along:
             time, instants = segment.line.time, (imu.delay, imu.lag > 0.0, law.delay)
             pose = self.kept_of_segments.get(f"pose {segment.start}", instants, lambda: self._pose(time))
-            rate = self.true_rate(imu)
             attitude, height, velocity, battery = pose
-            turning = None if rate is None else _at(rate, time)
+            stage, key = f"turning {segment.start}", (imu_key, instants)
+            turning = self.kept_of_segments.get(stage, key, lambda: self._turning(imu, time))
             motion = Motion(time - self.start, attitude, height, velocity, turning, battery)
             actuators = self._actuators(segment, imu, law)
             of_flight = lambda key, fn: self._of_flight(key, imu, imu_key, fn)  # noqa: E731
@@ -134,6 +134,11 @@ class Prepared:
             return Samples(rate.times - imu.delay, (self._before_lag("rate", rate, imu) - imu.rate_bias) @ imu.rotation)
 
         return self.kept.get("true rate", key, turned)
+
+    def _turning(self, imu: ImuLaw, time: Array) -> Array | None:
+        """The body's rates (N, 3) at `time` (N,), where they are known."""
+        rate = self.true_rate(imu)
+        return None if rate is None else _at(rate, time)
 
     def true_specific_force(self, imu: ImuLaw) -> Samples | None:
         """The specific force (m/s^2, body) of the origin and when it was sampled, from the measured one."""
