@@ -16,7 +16,7 @@ from infotraj.flight import Flight
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
-_LAG = 0.05  # of the declared time constant; a file that declares none is not off by some: its vehicle has no lag
+_LAG = 0.02  # of the declared time constant; a file that declares none is not off by some: its vehicle has no lag
 
 
 class ActuationDelay(Effect):

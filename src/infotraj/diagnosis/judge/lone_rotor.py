@@ -26,7 +26,7 @@ LEVEL = 0.01  # of files whose rotors differ at random one in a hundred has a lo
 _ROTOR, _PLACE = "rotor_effectiveness", "com_offset"
 _FEWEST = 4  # rotors: with fewer nothing says how much they differ
 _HALF = float(np.log(2.0))  # by which the error of an axis falls
-_SURE = 3.0  # standard errors
+_NORMAL = stats.norm.ppf((np.arange(2000) + 0.5) / 2000)  # a normal number's quantiles, to average over
 _ROUNDS = 4
 
 
@@ -81,14 +81,15 @@ def lone_rotor(told: Fit) -> str | None:
 def chance_of_each(x: Array, covariance: Array) -> Array:
     """How often a number of n that differ at random lies as far from the others as each of x (n,) does, (n,).
 
-    covariance (n, n): of what is not known of x; each is taken to be nearer by three of its standard errors.
+    The others' spread says how far one may be off (Student's t), and covariance (n, n) what is not known of x (normal).
     """
     n = len(x)
     out = np.ones(n)
     for i in range(n):
         apart = np.full(n, -1.0 / (n - 1))
         apart[i] = 1.0
-        spread = float(np.std(np.delete(x, i), ddof=1)) * np.sqrt(n / (n - 1))
-        far = max(abs(float(apart @ x)) - _SURE * float(np.sqrt(apart @ covariance @ apart)), 0.0)
-        out[i] = 2.0 * stats.t.sf(far / max(spread, 1e-300), n - 2)
-    return out
+        spread = max(float(np.std(np.delete(x, i), ddof=1)) * np.sqrt(n / (n - 1)), 1e-300)
+        error = float(np.sqrt(apart @ covariance @ apart))
+        unknown = error * _NORMAL if error > 0.0 else np.zeros(1)
+        out[i] = 2.0 * float(np.mean(stats.t.sf((abs(float(apart @ x)) - unknown) / spread, n - 2)))
+    return np.minimum(out, 1.0)
