@@ -1,9 +1,13 @@
 """A rotor that is out of line with the others is found by their own spread, as seldom falsely as the level says."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from infotraj.diagnosis.judge import lone_rotor as module
 from infotraj.diagnosis.judge.lone_rotor import LEVEL, chance_of_each
+from infotraj.diagnosis.judge.verdicts import Finding
 
 NOTHING = np.zeros((4, 4))
 
@@ -35,3 +39,68 @@ def test_what_flights_do_not_tell_of_a_rotor_makes_it_no_lone_one():
     assert not lone(x, 0.05**2 * one)
     # What is not known of all rotors alike takes nothing from what is known of one beside the others.
     assert lone(x, 0.2**2 * np.ones((4, 4)))
+
+
+def told(x, named=(), healthy=None, rotors=None):
+    """A set that is told, with the logarithm of each rotor's thrust over the file's."""
+    columns = [
+        SimpleNamespace(
+            candidate=SimpleNamespace(name="rotor_effectiveness", label=f"rotor_effectiveness {i}"), scale=1.0
+        )
+        for i in range(len(x))
+    ]
+    vehicle = SimpleNamespace(rotors=range(len(x) if rotors is None else rotors))
+    observation = SimpleNamespace(vehicle=vehicle, healthy=healthy)
+    linear = SimpleNamespace(columns=columns, observation=observation)
+    return SimpleNamespace(linear=linear, labels=tuple(named), solution=SimpleNamespace(theta=np.asarray(x)))
+
+
+WEAK = [0.065, -0.095, 0.072, 0.073]
+
+
+@pytest.fixture
+def sure(monkeypatch):
+    monkeypatch.setattr(module, "overdispersion", lambda t: (1.0, np.zeros((len(t.linear.columns),) * 2)))
+
+
+def test_the_lone_rotor_is_told_by_its_label(sure):
+    assert module.lone_rotor(told(WEAK)) == "rotor_effectiveness 1"
+    # One of four that differ as much by chance is four times as likely as one that was asked for.
+    one_in_two_hundred = [0.01, 0.0, -0.01, 0.163]
+    assert LEVEL / 4 < chance_of_each(np.array(one_in_two_hundred), NOTHING).min() < LEVEL
+    assert module.lone_rotor(told(one_in_two_hundred)) is None
+
+
+def test_none_is_asked_for_beside_healthy_flights_a_named_rotor_or_fewer_than_four(sure):
+    assert module.lone_rotor(told(WEAK, healthy="flights")) is None
+    assert module.lone_rotor(told(WEAK, named=["rotor_effectiveness 1"])) is None
+    assert module.lone_rotor(told(WEAK[:3])) is None
+    assert module.lone_rotor(told(WEAK, rotors=6)) is None
+
+
+@pytest.mark.parametrize(
+    ("rotor", "place", "group"),
+    [(0.6, 0.1, None), (1.5, 0.1, ["rotor_effectiveness"]), (1.5, 1.0, ["rotor_effectiveness", "com_offset"])],
+)
+def test_it_is_named_where_it_halves_an_error_with_what_leaves_less_than_twice_as_much(
+    monkeypatch, sure, rotor, place, group
+):
+    takes = {"rotor_effectiveness 1": {"tx": rotor, "fz": 0.1}, "com_offset": {"tx": place}}
+    monkeypatch.setattr(module, "evidence", lambda fit, label, rng: SimpleNamespace(falls=takes[label]))
+    lost = {}
+    monkeypatch.setattr(
+        module, "given", lambda search, fit, labels: SimpleNamespace(labels=labels, lost=lost, at_bound={})
+    )
+    monkeypatch.setattr(
+        module, "_finding", lambda label, fit, of, found: Finding(label.split()[0], "Supported", of, None, {}, {})
+    )
+    search = SimpleNamespace(fitted=lambda labels, *_, **__: labels, known=[SimpleNamespace(name="com_offset")])
+    absent = tuple(Finding(n, "Not needed", (n,), None, {}, {}) for n in ("rotor_effectiveness", "com_offset"))
+    made = SimpleNamespace(
+        fit=SimpleNamespace(labels=("linear_drag", "mass_offset")), beside=("mass_offset",), of_ratio={}
+    )
+    found, after = module.with_lone_rotor(search, absent, told(WEAK), made, np.random.default_rng(0))
+    assert [f.name for f in found if f.verdict == "Supported"] == (group or [])
+    assert getattr(after, "labels", None) == (["linear_drag", "rotor_effectiveness 1"] if group else None)
+    lost["rotor_effectiveness 1"] = "tz is predicted worse with it"
+    assert module.with_lone_rotor(search, absent, told(WEAK), made, np.random.default_rng(0)) == (absent, made)

@@ -93,7 +93,7 @@ def test_an_effect_says_itself_what_a_file_has_wrong_of_it():
 
 def test_times_are_off_by_a_share_of_what_is_declared_and_no_better_than_commands_are_stamped():
     longest = max(r.time_constant for r in VEHICLE.rotors)
-    assert spread(effect_class("rotor_lag"), -0.03) == pytest.approx(3.0 * 0.05 * longest / 0.03)
+    assert spread(effect_class("rotor_lag"), -0.03) == pytest.approx(3.0 * 0.02 * longest / 0.03)
     assert spread(effect_class("servo_lag"), 0.03) == 0.0
     assert spread(effect_class("actuation_delay"), 0.015, 0.02) == pytest.approx(np.hypot(1 / 15, 0.002 / 0.015))
     # A centre of mass is balanced to a third of a millimetre: on a small vehicle more than a share of its arm.

@@ -49,10 +49,13 @@ def with_lone_rotor(
     most = falls[label].falls.get(axis, 0.0)
     if most < _HALF:
         return findings, made
+    with_it = given(search, told, [*named, label])
+    if label in with_it.lost or label in with_it.at_bound:
+        return findings, made
     # What leaves twice as much there is told from it.
     group = tuple(x.split()[0] for x, e in falls.items() if e.falls.get(axis, 0.0) > most - _HALF)
     new = {x.split()[0]: _finding(x, fits[x], group, falls[x]) for x in tried if x.split()[0] in group}
-    return tuple(new.get(f.name, f) for f in findings), given(search, told, [*named, label])
+    return tuple(new.get(f.name, f) for f in findings), with_it
 
 
 def _finding(label: str, fit: Fit, group: tuple[str, ...], found) -> Finding:
