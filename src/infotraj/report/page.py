@@ -11,7 +11,7 @@ from typing import Any
 
 from jinja2 import Environment, FunctionLoader, StrictUndefined
 
-from infotraj.diagnosis.report.reasons import about_takes, why
+from infotraj.diagnosis.report.reasons import about_takes, axis_in_words, why
 from infotraj.errors import InfotrajError, problem
 from infotraj.report.bars import gains, panel, whole_gain
 from infotraj.report.figures import figures, javascript
@@ -48,6 +48,7 @@ def page(content: dict[str, Any]) -> str:
     )
     environment.filters |= {"sig": significant, "signed": signed, "percent": percent, "change": change}
     environment.filters |= {"unit": plain_unit, "measure": measure, "interval": interval, "minus": minus}
+    environment.filters["axis_in_words"] = axis_in_words
     rows = sorted(content["answer"]["effects"], key=_rank)
     each = gains(content)
     headline, *rest = clauses(content["answer"]["verdict"]["summary"])

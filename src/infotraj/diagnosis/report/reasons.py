@@ -22,3 +22,12 @@ def about_takes(reasons: Iterable[str | None]) -> list[str]:
     return [
         "change is of the squared error in units of its noise; what an effect takes is of the error itself (RMS)"
     ] * said
+
+
+_AGAINST = {"push": "velocity against accelerometer along", "turn": "attitude against gyro about"}
+
+
+def axis_in_words(axis: str) -> str:
+    """An axis of the residual as it is called in a sentence: `push y` is what the sensors say of one another there."""
+    kind, _, own = axis.partition(" ")
+    return f"{_AGAINST[kind]} {own}" if kind in _AGAINST else axis

@@ -11,7 +11,7 @@ from infotraj.comparing.equation_error import AXES
 from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.judge.giving import WORSE
 from infotraj.diagnosis.judge.verdicts import Finding
-from infotraj.diagnosis.report.reasons import about_takes, why
+from infotraj.diagnosis.report.reasons import about_takes, axis_in_words, why
 from infotraj.diagnosis.report.vehicle_file import ONE_FINDING, by_ratio
 from infotraj.effects import Effect, labels_in_words
 from infotraj.rotations import Array
@@ -159,7 +159,7 @@ def sentence(found: Diagnosis) -> str:
     if mended:
         first += f"; the numbers of your vehicle file make most of the error: corrected, {mended}"
     if found.unexplained.found:
-        where = ", ".join(list(dict.fromkeys(s.axis for s in found.unexplained.axes))[:3])
+        where = ", ".join(list(dict.fromkeys(axis_in_words(s.axis) for s in found.unexplained.axes))[:3])
         first += f"; structured error is left on {where} that no effect of the catalogue explains"
     return first + "."
 
@@ -227,9 +227,10 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
     for s in found.unexplained.axes:
         goes = ", ".join(f"{q} ({c:+.2f})" for q, c in s.goes_with)
         goes = f"; it goes with {goes}" if goes else ""
-        lines.append(f"left on {s.axis}: {100 * s.share:.0f} % of the slow error can be predicted{goes}")
+        of = axis_in_words(s.axis)
+        lines.append(f"left on {of}: {100 * s.share:.0f} % of the slow error can be predicted{goes}")
         if s.hint:
-            lines.append(f"  hint, not a result: {s.hint} ({100 * s.hint_share:.0f} % held out)")
+            lines.append(f"  hint, not a result: {s.hint.replace(s.axis, of, 1)} ({100 * s.hint_share:.0f} % held out)")
     every = found.search.observation.command_step
     if found.command_steps > 1:
         lines.append(f"commands: every {1000 * every:.0f} ms, read as {found.command_steps} steps from row to row")
