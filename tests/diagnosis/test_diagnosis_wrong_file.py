@@ -291,9 +291,9 @@ def test_a_lag_that_is_too_long_in_the_file_is_corrected_and_not_named(hidden):
 
 
 @pytest.mark.long
-def test_a_lag_that_hides_behind_a_delay_is_corrected_together_with_it():
+def test_a_lag_that_hides_behind_a_delay_is_found_together_with_it():
     """One after the other neither moves: with the lag of the file the delay is 24 ms, and a longer lag brings nothing
-    beside it."""
+    beside it. A lag that is half as long again as in a file wrong by 3 % is out of line with it."""
 
     def faster(vehicle):
         file = wrong_file(vehicle, "3%", np.random.default_rng(11))
@@ -302,8 +302,8 @@ def test_a_lag_that_hides_behind_a_delay_is_corrected_together_with_it():
 
     hidden = {"actuation_delay": {"delay": 0.014}}
     found = diagnosed(hidden, faster)
-    assert found.supported == ("actuation_delay",)
-    assert {"rotor_lag", "com_offset"} <= {x.split()[0] for x in found.beside}
+    assert found.supported == ("actuation_delay", "rotor_lag")
+    assert "com_offset" in found.beside
     numbers = {e.name: e.values for e in found.model.effects}
     assert numbers["actuation_delay"]["delay"] == pytest.approx(0.014, abs=0.001)
     assert numbers["rotor_lag"]["extra_time_constant"] == pytest.approx(0.01, abs=0.002)
