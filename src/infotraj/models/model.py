@@ -172,10 +172,8 @@ class Model:
             stage = f"{effect.name} {number if effect.repeatable else ''} {segment.start}"
             total += kept.get(stage, (thrust_key, effect.key), partial(_added, effect, along))
         force, torque = total[:, :3], total[:, 3:]
-        # Neither thrust nor air changes how fast rotors turn.
-        turning = self._key("actuators"), self._key("imu")
         momenta = [
-            kept.get(f"momentum {e.name} {segment.start}", (turning, e.key), partial(e.rotor_momentum, along))
+            kept.get(f"momentum {e.name} {segment.start}", (thrust_key, e.key), partial(e.rotor_momentum, along))
             for e in self._with("rotor_momentum")
         ]
         inertia, rate = frame.inertia, along.motion.rate
