@@ -55,9 +55,9 @@ def test_what_meets_the_air_at_a_rotor_meets_it_where_the_rotor_is(name, height,
 def test_a_rotor_that_is_elsewhere_changes_no_model_in_which_nothing_damps_turns_by_the_air(flight):
     vehicle = load_vehicle(TOP / "examples/quad/vehicle.yaml")
     elsewhere = RotorTorque(rotor=1, r=np.cross(MOVED, [0.0, 0.0, 1.0]))
-    assert Model(vehicle, [elsewhere]).air_law().moved == ()
+    assert Model(vehicle, [elsewhere]).air_law.moved == ()
     inflow = effect_class("axial_inflow")(k=2e-4)
-    (move,) = Model(vehicle, [elsewhere, inflow]).air_law().moved
+    (move,) = Model(vehicle, [elsewhere, inflow]).air_law.moved
     assert (move.rotor, move.torque.tolist(), move.height) == (1, elsewhere.r.tolist(), 0.0)
 
 

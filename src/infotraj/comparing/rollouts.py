@@ -126,7 +126,7 @@ def mean_errors(found: Sequence[Rollouts]) -> dict[str, dict[str, float | None]]
 
 
 def _cannot(model: Model, prepared: Prepared) -> str | None:
-    law, r = model.body_law(), prepared.recorded
+    law, r = model.body_law, prepared.recorded
     for missing, what in (
         (law.mass is None, "the vehicle file gives no mass"),
         (law.inertia is None, "the vehicle file gives no inertia"),
@@ -146,7 +146,7 @@ def _states(model: Model, prepared: Prepared) -> Array:
     Streams of different rates or phases have few rows in common: at the samples of the slowest the others are
     interpolated, where they have neighbours.
     """
-    r, imu = prepared.recorded, model.imu_law()
+    r, imu = prepared.recorded, model.imu_law
     out = np.full((len(r.t), 13), np.nan)
     true_rate = prepared.true_rate(imu)
     assert r.position is not None  # this and the others: see `_cannot`
@@ -225,7 +225,7 @@ def _rolled(model, inputs, active, grid, states, starts, reach, substeps) -> Arr
     begin, stop = starts[0] * substeps, int((starts * substeps + reach.max(axis=1)).max())
     part = inputs.part(slice(3 * begin, 3 * stop))
     first = starts * substeps - begin
-    law = model.body_law()
+    law = model.body_law
     step = (grid[begin:stop, 2] - grid[begin:stop, 0]) / (1.0 - _JUST_AFTER)
     out = np.full((*reach.shape, 13), np.nan)
     if active is not None:

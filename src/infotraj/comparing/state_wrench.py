@@ -49,7 +49,7 @@ class Instants:
 
 def instants(model: Model, prepared: Prepared, time: Array) -> Instants:
     """The recorded inputs at `time` (N,) s of the flight's clock, increasing."""
-    imu, recorded = model.imu_law(), prepared.recorded
+    imu, recorded = model.imu_law, prepared.recorded
     battery = None
     if recorded.battery is not None:
         battery = recorded.battery.at(time)[:, 0]
@@ -60,7 +60,7 @@ def instants(model: Model, prepared: Prepared, time: Array) -> Instants:
             kept[key] = make(prepared.origin_path(imu))
         return kept[key]
 
-    actuators = actuation(recorded, model.actuator_law(), time)
+    actuators = actuation(recorded, model.actuator_law, time)
     return Instants(time - prepared.start, actuators, battery, of_flight)
 
 
@@ -70,7 +70,7 @@ def wrench(model: Model, inputs: Instants, height: Array, velocity: Array, attit
     height (N,) m; velocity (N, 3) m/s, body axes; attitude (N, 3, 3) body to world; rate (N, 3) rad/s.
     """
     motion = Motion(inputs.time, attitude, height, velocity, rate, inputs.battery)
-    along = Along(model.vehicle, motion, inputs.actuation, inputs.of_flight, air=model.air_law())
+    along = Along(model.vehicle, motion, inputs.actuation, inputs.of_flight, air=model.air_law)
     acting = [e for e in model.effects if not e.is_absent(model.vehicle)]
     thrust = along.nominal_thrust
     for effect in acting:
@@ -97,7 +97,7 @@ def wrench(model: Model, inputs: Instants, height: Array, velocity: Array, attit
             total[:, 3:] -= body.cross(rate, momentum) + change
     loads = [e.load(along) for e in acting if overrides(e, "load")]
     if loads:
-        law = model.body_law()
+        law = model.body_law
         angular = body.angular_acceleration(law, total[:, :3], total[:, 3:], rate)
         free = body.specific_force(law, total[:, :3], rate, angular)
         for load, pull in zip(loads, body.pulls(law, loads, free), strict=True):

@@ -32,11 +32,11 @@ class Instant:
         acting = [e for e in model.effects if not e.is_absent(model.vehicle)]
         for effect in acting:
             self._check(effect)
-        law = model.actuator_law()
+        law = model.actuator_law
         self.vehicle = model.vehicle
         self._bias = law.tilt_bias
-        self._body = model.body_law()
-        self._air = model.air_law()
+        self._body = model.body_law
+        self._air = model.air_law
         self._wrench = wrench_of_inputs(model.vehicle)
         self._still = np.zeros((1, len(law.rotor_time_constant))), np.zeros((1, len(model.vehicle.tilts)))
         self._by_hook = {hook: [e for e in acting if overrides(e, hook)] for hook in _ACTS}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Hashable, Iterable
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -49,7 +49,7 @@ class Model:
         self._by_hook: dict[str, list[Effect]] = {}
         self._keys: dict[tuple[str, ...], Hashable] = {}
 
-    @property
+    @cached_property
     def key(self) -> Hashable:
         """What tells it from other models of its vehicle."""
         return tuple(e.key for e in self._acting)
@@ -71,7 +71,7 @@ class Model:
         if prepared.vehicle is not self.vehicle and prepared.vehicle != self.vehicle:
             raise UsageError(problem("a flight prepared for another vehicle", self.vehicle.name, "Prepare it again."))
         prepared.kept.get("channels", self.key, lambda: self._check_channels(prepared.flight))
-        law, imu, frame, air = self.actuator_law(), self.imu_law(), self.body_law(), self.air_law()
+        law, imu, frame, air = self.actuator_law, self.imu_law, self.body_law, self.air_law
         imu_key, others = self._key("imu"), self._flown
         found = [
             self._segment(prepared, s, prepared.along(s, imu, law, air, imu_key, others), imu, frame)
@@ -101,6 +101,7 @@ class Model:
             reasons[axis] = next((r for r in found if r is not None), None)
         return reasons
 
+    @cached_property
     def actuator_law(self) -> ActuatorLaw:
         """How the actuators follow their commands in this model."""
         law = ActuatorLaw.declared(self.vehicle)
@@ -108,6 +109,7 @@ class Model:
             law = effect.actuators(law)
         return law
 
+    @cached_property
     def air_law(self) -> AirLaw:
         """The air of this model."""
         law = AirLaw.still()
@@ -116,16 +118,17 @@ class Model:
         moved = [e.moved_rotor() for e in self._moved]
         return replace(law, moved=tuple(m for m in moved if m is not None))
 
-    @property
+    @cached_property
     def _moved(self) -> list[Effect]:
         """What moves rotors, where something meets the air there and damps turns by that."""
         return self._with("moved_rotor") if any(e.damps_turns for e in self._acting) else []
 
-    @property
+    @cached_property
     def _flown(self) -> Hashable:
         """What actuators and air follow from, to look up what they make."""
         return self._key("actuators", "air"), tuple(e.key for e in self._moved)
 
+    @cached_property
     def body_law(self) -> BodyLaw:
         """The rigid body of this model. InputError where its effects leave no physical one."""
         law = BodyLaw.declared(self.vehicle)
@@ -141,6 +144,7 @@ class Model:
             )
         return law
 
+    @cached_property
     def imu_law(self) -> ImuLaw:
         """What the IMU measures in this model."""
         law = ImuLaw.ideal()

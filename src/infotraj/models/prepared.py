@@ -28,7 +28,7 @@ from infotraj.vehicle import Vehicle
 
 T = TypeVar("T")
 _BESIDE = 64  # samples beside a segment that interpolation may look at, enough to know their usual interval
-SEGMENT = 4096  # rows evaluated at once, so that memory does not grow with the flight
+SEGMENT = 8192  # rows evaluated at once, so that memory does not grow with the flight
 _KEPT_ROWS = 40_000  # of a longer flight nothing is kept that grows with rotors and rows
 
 

@@ -116,7 +116,7 @@ def _near(model: Model, flight: Flight, error: EquationError) -> float:
 
 def _actuators(model: Model, flight: Flight) -> tuple[Array, Array]:
     """Rotor inputs and tilts at the flight's rows, lags of the model included."""
-    recorded, law = model.prepare(flight).recorded, model.actuator_law()
+    recorded, law = model.prepare(flight).recorded, model.actuator_law
     rotor, _ = rotors_at(recorded, law, flight.t)
     tilt = tilts_at(recorded, law, flight.t)[0] if model.vehicle.tilts else np.zeros((len(flight.t), 0))
     return rotor, tilt

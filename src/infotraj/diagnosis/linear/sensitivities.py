@@ -70,9 +70,9 @@ def sensitivities(
     of_members: list[list[int]] = [[] for _ in members]
     for i, (number, place) in enumerate(owner):
         step = inward(x[i] * place.scale, place, SMALL * abs(place.scale)) / place.scale
-        moved = x.copy()
-        moved[i] += step
-        models.append(([m.effect for m in unpacked(members, vehicle, moved)], step))
+        own = [k for k, (n, _) in enumerate(owner) if n == number]
+        (moved,) = unpacked(members[number : number + 1], vehicle, x[own] + step * np.equal(own, i))
+        models.append(([*effects[:number], moved.effect, *effects[number + 1 :]], step))
         of_members[number].append(len(models) - 1)
     choices = []
     for candidate in absent:
@@ -131,8 +131,12 @@ def columns_of(
                 for own, b, r in zip(lost, base, residual, strict=True):
                     # What a model leaves as it was is the same array.
                     if r is not b:
-                        own[..., k] = np.nan_to_num((b - r) * factor)
+                        own[..., k] = _finite((b - r) * factor)
             for made, turn, x in zip(columns, turns, lost, strict=True):
                 made.append(kept(turn, x) if x.any() else np.zeros((*made[0].shape[:-1], len(part))))
         out.append([np.concatenate(made, axis=2) for made in columns])
     return out
+
+
+def _finite(x: Array) -> Array:
+    return x if np.isfinite(x).all() else np.nan_to_num(x)
