@@ -43,46 +43,78 @@ def needed(search: Search, whole: Fit, rng: np.random.Generator) -> tuple[Fit, l
     What has gone may have stood for an effect outside the set, which is then taken in.
     """
     gone: list[Judged] = []
+    whole, judged = _predicting(search, whole, rng, gone)
+    while gone:
+        further = _further(search, whole, {_label(j) for j in gone}, rng)
+        if further is None:
+            break
+        wider = search.fitted([*whole.labels, further], whole, go_on=True)
+        as_before = {_label(j): j.evidence for j in judged if _bends(j)}
+        _, least, _ = _weakest(search, wider, rng, as_before, each=True)
+        if least is not None and _label(least) == further:
+            gone.append(least)
+        else:
+            whole, judged = _predicting(search, wider, rng, gone)
+    return whole, judged, gone
+
+
+def _predicting(search: Search, whole: Fit, rng: np.random.Generator, gone: list[Judged]) -> tuple[Fit, list[Judged]]:
+    """The set, fitted, of what stays where what predicts least goes, one after the other into `gone`; as judged."""
     count, changed = len(whole.labels) + 1, False
+    sure: dict[str, Evidence] = {}
     while True:
         reached("weighing", len(gone), count)
-        judged, least, rest = _weakest(search, whole, rng)
+        judged, least, rest = _weakest(search, whole, rng, sure, each=not changed)
         if least is not None:
             gone.append(least)
-            label = least.member.candidate.label
-            left = [x for x in whole.labels if x != label]
+            left = [x for x in whole.labels if x != _label(least)]
             whole, changed = search.fitted(left, whole) if rest is None else rest, True
-            continue
-        if changed:
-            whole, changed = search.afresh(whole), False
-            continue
-        further = _further(search, whole, {j.member.candidate.label for j in gone}, rng) if gone else None
-        if further is None:
-            return whole, judged, gone
-        whole = search.fitted([*whole.labels, further], whole, go_on=True)
+        elif changed:
+            whole, changed, sure = search.afresh(whole), False, {}
+        else:
+            return whole, judged
 
 
-def _weakest(search: Search, whole: Fit, rng: np.random.Generator) -> tuple[list[Judged], Judged | None, Fit | None]:
+def _weakest(
+    search: Search, whole: Fit, rng: np.random.Generator, sure: dict[str, Evidence], each: bool
+) -> tuple[list[Judged], Judged | None, Fit | None]:
     """The effects of a set as they are judged, the one that goes, and the set without it where that was fitted.
 
     None goes where each predicts. An effect that is not linear in its numbers is held against a fit without it, what a
-    derivative calls weakest first: what it says of the others need not be exact for as long as one goes.
+    derivative calls weakest first: what it says of the others need not be exact for as long as one goes. each: those
+    are, too, that a derivative does not call weak. sure: what such fits beside more effects have said, which holds for
+    what predicts; added to.
     """
     numbers = dict(zip((m.candidate.label for m in whole.members), fitted_numbers(whole), strict=True))
     own = {m.candidate.label: m for m in whole.members if not m.held}
-    found = {label: evidence(whole, label, rng) for label in own}
+    found = {label: sure.get(label) or evidence(whole, label, rng) for label in own}
     rests: dict[str, Fit] = {}
     while True:
         of_set = shared(whole, found)
         judged = [Judged(m, numbers[label], of_set[label]) for label, m in own.items()]
-        open_to = [j for j in judged if not (j.member.candidate.cls.linear or j.member.candidate.label in rests)]
         weak = [j for j in judged if not j.needed]
-        least = min(weak or open_to, key=lambda j: j.evidence.gain, default=None)
-        if least is None or not any(j is least for j in open_to):
-            return judged, least, None if least is None else rests.get(least.member.candidate.label)
-        label = least.member.candidate.label
+        asked = rests.keys() | sure.keys()
+        unasked = [j for j in judged if each and _bends(j) and _label(j) not in asked]
+        least = min(weak or unasked, key=_gain, default=None)
+        if least is None or not _bends(least) or _label(least) in rests:
+            sure.update({x: found[x] for x in rests if least is None or x != _label(least)})
+            return judged, least, None if least is None else rests.get(_label(least))
+        label = _label(least)
         rests[label] = search.fitted([x for x in whole.labels if x != label], whole)
         found[label] = evidence(whole, label, rng, rests[label])
+
+
+def _label(j: Judged) -> str:
+    return j.member.candidate.label
+
+
+def _gain(j: Judged) -> float:
+    return j.evidence.gain
+
+
+def _bends(j: Judged) -> bool:
+    """Whether an effect is not linear in its numbers."""
+    return not j.member.candidate.cls.linear
 
 
 def _further(search: Search, whole: Fit, gone: set[str], rng: np.random.Generator) -> str | None:
