@@ -105,8 +105,21 @@ def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival
         as_good = rise < min(matters, _MOSTLY * alone)
         as_good = as_good and _shared(as_it_is - now, as_it_is - left_by_set(made)) > _MOSTLY
         if as_good or (sure and best[name].both - made.solution.score < least):
-            found.append(Rival(name, made))
+            found.append(Rival(name, _instead(search, made, label)))
     return found
+
+
+def _instead(search: Search, made: Fit, label: str) -> Fit:
+    """The fit with a rival, whose number is told as that of an effect in another's place: no part of what it stands for
+    is there as what the file is off by."""
+    o, spike = search.observation, made.linear.spike(made.scales)
+    mine = {
+        (label, c.place) for c, s in zip(made.linear.columns, spike, strict=True) if s and c.candidate.label == label
+    }
+    if o.healthy is not None or not mine:
+        return made
+    alone = replace(search, observation=replace(o, still=o.still | mine))
+    return alone.fitted(made.labels, replace(made, linear=replace(made.linear, observation=alone.observation)))
 
 
 def _in_time(search: Search, whole: Fit, label: str) -> tuple[Fit, dict[str, float]]:

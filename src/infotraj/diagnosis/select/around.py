@@ -149,7 +149,8 @@ class Linear:
         out = self._of_files(scales)
         seen: dict[tuple[str, int], int] = {}
         for i, c in enumerate(self.columns):
-            if seen.setdefault((c.candidate.label, c.place), i) != i:
+            number = c.candidate.label, c.place
+            if seen.setdefault(number, i) != i or number in self.observation.still:
                 out[i] = 0.0
         return out
 
