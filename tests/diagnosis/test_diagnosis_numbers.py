@@ -110,7 +110,7 @@ def test_a_vehicle_that_is_taken_as_level_is_level():
 @pytest.mark.parametrize(
     ("effect", "name", "unit"),
     [
-        ("time_offset", "clock of the IMU, later by", "s"),
+        ("time_offset", "clock of the sensors, later by", "s"),
         ("mass_offset", "mass", "kg"),
         ("com_offset", "center_of_mass.x", "m"),
         ("rotor_effectiveness", "rotor_0.thrust_coefficient", "N s^2/rad^2"),

@@ -159,7 +159,7 @@ def test_a_millimetre_beside_the_middle_of_the_rotors_is_no_place_of_the_drag():
 def test_what_is_large_and_out_of_line_in_the_file_is_in_the_sentence_and_an_axis_that_gets_worse_in_the_text():
     found = diagnosed({"linear_drag": {"d": [0.25, 0.2, 0.3]}}, rough_file)
     large = FileNumber(THRUST_OVER_MASS, 1.0, 0.9, 0.01, False, large=True)
-    others = (FileNumber("clock of the IMU, later by", 0.0, 0.01, 0.001, False, "s"), replace(large, ordinary=True))
+    others = (FileNumber("clock of the sensors, later by", 0.0, 0.01, 0.001, False, "s"), replace(large, ordinary=True))
     told = replace(found, file=(large, *others), after=replace(found.after, rmse=2.0 * found.before.rmse))
     assert f"; your vehicle file is out of line: {THRUST_OVER_MASS} 0.9" in sentence(told)
     assert "clock" not in sentence(told)

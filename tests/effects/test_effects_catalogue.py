@@ -53,6 +53,7 @@ NAMES = {
     "gyro_bias": {"b"},
     "imu_misalignment": {"rotvec"},
     "time_offset": {"dt"},
+    "telemetry_offset": {"dt"},  # not in the specification: of logs with measured rotors
     "wind": {"v"},
     "pressure_centre": {"r"},
     "hub_moment": {"k"},
@@ -162,12 +163,16 @@ def test_what_cannot_show_is_said_with_a_reason():
     f = flight()
     hidden = {name: cls.cannot_show(quadrotor, f) for name, cls in catalogue().items()}
     assert {n for n, reason in hidden.items() if reason} == {
-        *("coaxial_loss", "rotor_interference", "servo_lag", "servo_rate_limit", "servo_backlash", "servo_bias")
+        *("coaxial_loss", "rotor_interference", "servo_lag", "servo_rate_limit", "servo_backlash", "servo_bias"),
+        "telemetry_offset",
     }
     commands = [f"cmd_rotor_{i}" for i in range(4)]
     measured = Flight(f.table.rename(columns={c: c[4:] for c in commands}))
     for name in ("rotor_lag", "actuation_delay"):
         assert "commands" in effect_class(name).cannot_show(quadrotor, measured)
+    assert effect_class("telemetry_offset").cannot_show(quadrotor, measured) is None
+    unfelt = Flight(measured.table.drop(columns=["ax", "ay", "az"]))
+    assert "specific force" in effect_class("telemetry_offset").cannot_show(quadrotor, unfelt)
     derived = Flight(f.table, {"derived": ["wx", "wy", "wz"]})
     assert "derived" in effect_class("gyro_bias").cannot_show(quadrotor, derived)
     high = Flight(f.table.assign(pz=5.0))

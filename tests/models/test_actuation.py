@@ -15,7 +15,7 @@ def test_a_servo_at_its_greatest_rate_has_that_time_less_for_its_lag():
     """A step of 1 rad, 4 rad/s at most, 50 ms: it is 0.2 rad short after 0.2 s, and that gap decays from there on."""
     step = Samples(np.array([0.0, 0.1]), np.array([[0.0], [1.0]]))
     law = SimpleNamespace(
-        delay=0.0, tilt_time_constant=np.array([0.05]), tilt_max_rate=np.array([4.0]), tilt_play=np.zeros(1)
+        delay=0.0, late=0.0, tilt_time_constant=np.array([0.05]), tilt_max_rate=np.array([4.0]), tilt_play=np.zeros(1)
     )
     tilt, rate = tilts_at(SimpleNamespace(tilt_commanded=True, tilt=step), law, np.array([0.0, 0.2, 0.3, 0.4]))
     left = 0.2 * np.exp(-0.1 / 0.05)
@@ -28,6 +28,7 @@ def step_of(value, tau, play=0.0, max_rate=np.inf, delay=0.0):
     command = Samples(np.array([0.0, 0.1]), np.array([[0.0], [value]]))
     law = SimpleNamespace(
         delay=delay,
+        late=0.0,
         tilt_time_constant=np.array([tau]),
         tilt_max_rate=np.array([max_rate]),
         tilt_play=np.array([play]),
@@ -75,8 +76,8 @@ def test_a_tilt_is_that_of_its_servo_and_its_bias():
     commands = Samples(np.array([0.0, 0.1]), np.zeros((2, 1)))
     none = np.zeros(1)
     law = SimpleNamespace(
-        delay=0.0, rotor_time_constant=none, tilt_time_constant=none, tilt_max_rate=none + np.inf, tilt_play=none,
-        tilt_bias=np.array([0.3]),
+        delay=0.0, late=0.0, telemetry=0.0, rotor_time_constant=none, tilt_time_constant=none,
+        tilt_max_rate=none + np.inf, tilt_play=none, tilt_bias=np.array([0.3]),
     )  # fmt: skip
     recorded = SimpleNamespace(rotor_commanded=True, rotor=commands, tilt_commanded=True, tilt=commands)
     assert actuation(recorded, law, np.linspace(0.0, 1.0, 5)).tilt[:, 0] == pytest.approx(np.full(5, 0.3))

@@ -146,7 +146,7 @@ def _states(model: Model, prepared: Prepared) -> Array:
     Streams of different rates or phases have few rows in common: at the samples of the slowest the others are
     interpolated, where they have neighbours.
     """
-    r, imu = prepared.recorded, model.imu_law
+    r, imu = prepared.recorded, prepared.as_logged(model.actuator_law, model.imu_law)[1]
     out = np.full((len(r.t), 13), np.nan)
     true_rate = prepared.true_rate(imu)
     assert r.position is not None  # this and the others: see `_cannot`

@@ -49,7 +49,8 @@ class Instants:
 
 def instants(model: Model, prepared: Prepared, time: Array) -> Instants:
     """The recorded inputs at `time` (N,) s of the flight's clock, increasing."""
-    imu, recorded = model.imu_law, prepared.recorded
+    law, imu = prepared.as_logged(model.actuator_law, model.imu_law)
+    recorded = prepared.recorded
     battery = None
     if recorded.battery is not None:
         battery = recorded.battery.at(time)[:, 0]
@@ -60,7 +61,7 @@ def instants(model: Model, prepared: Prepared, time: Array) -> Instants:
             kept[key] = make(prepared.origin_path(imu))
         return kept[key]
 
-    actuators = actuation(recorded, model.actuator_law, time)
+    actuators = actuation(recorded, law, time)
     return Instants(time - prepared.start, actuators, battery, of_flight)
 
 

@@ -16,6 +16,8 @@ class ActuatorLaw:
 
     delay (s); rotor_time_constant (rotors,) s, or (6,) of a commanded wrench; tilt_time_constant (tilts,) s;
     tilt_max_rate (tilts,) rad/s, inf for none; tilt_play (tilts,) rad, half the width; tilt_bias (tilts,) rad.
+    late (s): by which the recorded motion is late, so that actuators, measured or commanded, are seen to act later;
+    telemetry (s): by which measured actuators are late.
     """
 
     delay: float
@@ -24,6 +26,13 @@ class ActuatorLaw:
     tilt_max_rate: Array
     tilt_play: Array
     tilt_bias: Array
+    late: float = 0.0
+    telemetry: float = 0.0
+
+    @property
+    def clocks(self) -> tuple[float, float, float]:
+        """What shifts it in time."""
+        return self.delay, self.late, self.telemetry
 
     @classmethod
     def declared(cls, vehicle: Vehicle) -> ActuatorLaw:

@@ -5,9 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 from infotraj import rotations
+from infotraj.dynamics.inputs import command_columns, input_columns
 from infotraj.effects.base import Declared, Effect, Parameter
-from infotraj.effects.laws import ImuLaw
+from infotraj.effects.channels import missing_channel
+from infotraj.effects.laws import ActuatorLaw, ImuLaw
+from infotraj.flight import Flight
 from infotraj.rotations import Array
+from infotraj.vehicle import Vehicle
 
 
 class GyroBias(Effect):
@@ -46,20 +50,48 @@ class ImuMisalignment(Effect):
 class TimeOffset(Effect):
     """The IMU in row k was sampled at t[k] - dt: its clock runs behind the pose's, or filtering delays it.
 
-    Li and Mourikis, "Online temporal calibration for camera-IMU systems" (2014), 2, with the sign of the catalogue.
+    In a log without an accelerometer, whose rotors are measured, all of the motion was sampled so. Li and Mourikis,
+    "Online temporal calibration for camera-IMU systems" (2014), 2, with the sign of the catalogue.
     """
 
     name = "time_offset"
     place = "measurement"
     parameters = (Parameter("dt", "s", 0.01, (-0.1, 0.1)),)
     dt: float
-    needs = ("gyro", "accelerometer")
     source = "Li and Mourikis (2014), 2"
-    declared = Declared("clock", 1 / 10, "clock of the IMU, later by")  # 1 ms: clocks of log and sensor
-    hidden_when = "rates and specific force are derived, not measured"
+    declared = Declared("clock", 1 / 10, "clock of the sensors, later by")  # 1 ms: of log and sensor
+    hidden_when = "rates or specific force are derived, not measured; beside measured rotors never"
+
+    @classmethod
+    def hidden(cls, vehicle: Vehicle, flight: Flight) -> str | None:
+        """Beside commands a pose that is late is not told from commands that act late."""
+        without = missing_channel("accelerometer", vehicle, flight)
+        if without is not None and _measured(vehicle, flight):
+            return None
+        return missing_channel("gyro", vehicle, flight) or without
 
     def imu(self, law: ImuLaw) -> ImuLaw:
         return replace(law, delay=law.delay + self.dt)
+
+
+class TelemetryOffset(Effect):
+    """Rotors and tilts measured in row k were so at t[k] - dt: their telemetry is late, or filtering delays it."""
+
+    name = "telemetry_offset"
+    place = "measurement"
+    parameters = (Parameter("dt", "s", 0.01, (-0.1, 0.1)),)
+    dt: float
+    needs = ("accelerometer",)
+    source = "Li and Mourikis (2014), 2, for the actuators' samples in place of the IMU's"
+    declared = Declared("clock", 1 / 10, "clock of the measured rotors, later by")  # 1 ms: of log and telemetry
+    hidden_when = "rotors are commanded, not measured; without an accelerometer motion that is early does the same"
+
+    @classmethod
+    def hidden(cls, vehicle: Vehicle, flight: Flight) -> str | None:
+        return None if _measured(vehicle, flight) else "the flight's rotors are commanded, not measured"
+
+    def actuators(self, law: ActuatorLaw) -> ActuatorLaw:
+        return replace(law, telemetry=law.telemetry + self.dt)
 
 
 class SensorLag(Effect):
@@ -78,3 +110,8 @@ class SensorLag(Effect):
 
     def imu(self, law: ImuLaw) -> ImuLaw:
         return replace(law, lag=law.lag + self.time_constant)
+
+
+def _measured(vehicle: Vehicle, flight: Flight) -> bool:
+    """Whether a model takes the rotors' measured inputs: where there are no commands."""
+    return input_columns(vehicle, flight) not in (None, command_columns(vehicle))

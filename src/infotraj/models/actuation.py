@@ -28,26 +28,26 @@ def actuation(recorded: Recorded, law: ActuatorLaw, time: Array) -> Actuation:
 def rotors_at(recorded: Recorded, law: ActuatorLaw, time: Array) -> tuple[Array, Array]:
     """Rotor inputs and their slopes (N, rotors) at `time` (N,) s, increasing, of the flight's clock."""
     if not recorded.rotor_commanded:
-        return _measured(recorded.rotor, time)
+        return _measured(recorded.rotor, law, time)
     none = np.zeros(recorded.rotor.values.shape[1])
-    return _respond(time, *_events(recorded.rotor, law.delay), law.rotor_time_constant, none + np.inf, none)
+    return _respond(time, *_events(recorded.rotor, law), law.rotor_time_constant, none + np.inf, none)
 
 
 def tilts_at(recorded: Recorded, law: ActuatorLaw, time: Array) -> tuple[Array, Array]:
     """Tilts without their bias, and their slopes (N, tilts), at `time` (N,) s, increasing, of the flight's clock."""
     if not recorded.tilt_commanded:
-        return _measured(recorded.tilt, time)
-    events = _events(recorded.tilt, law.delay)
+        return _measured(recorded.tilt, law, time)
+    events = _events(recorded.tilt, law)
     return _respond(time, *events, law.tilt_time_constant, law.tilt_max_rate, law.tilt_play)
 
 
-def _events(commands: Samples, delay: float) -> tuple[Array, Array]:
-    return commands.times + delay, np.ascontiguousarray(commands.values)
+def _events(commands: Samples, law: ActuatorLaw) -> tuple[Array, Array]:
+    return commands.times + law.delay + law.late, np.ascontiguousarray(commands.values)
 
 
-def _measured(samples: Samples, time: Array) -> tuple[Array, Array]:
-    values = samples.at(time)
-    return values, interpolate(samples.times, slopes(samples), time, samples.usual)
+def _measured(samples: Samples, law: ActuatorLaw, time: Array) -> tuple[Array, Array]:
+    written = time - law.late + law.telemetry
+    return samples.at(written), interpolate(samples.times, slopes(samples), written, samples.usual)
 
 
 @njit(cache=True)

@@ -71,11 +71,12 @@ class Model:
         if prepared.vehicle is not self.vehicle and prepared.vehicle != self.vehicle:
             raise UsageError(problem("a flight prepared for another vehicle", self.vehicle.name, "Prepare it again."))
         prepared.kept.get("channels", self.key, lambda: self._check_channels(prepared.flight))
-        law, imu, frame, air = self.actuator_law, self.imu_law, self.body_law, self.air_law
+        law, imu = prepared.as_logged(self.actuator_law, self.imu_law)
+        frame, air = self.body_law, self.air_law
         imu_key, others = self._key("imu"), self._flown
         found = [
             self._segment(prepared, s, prepared.along(s, imu, law, air, imu_key, others), imu, frame)
-            for s in prepared.segments(imu, law.delay)
+            for s in prepared.segments(imu, law)
         ]
         rows = [np.concatenate([*(f[i][:-1] for f in found[:-1]), found[-1][i]]) for i in range(len(found[0]))]
         force, force_mean, turn, turn_mean = (x @ imu.rotation.T for x in as_sensed(prepared.recorded, rows, imu.lag))
@@ -85,7 +86,7 @@ class Model:
             force_mean,
             turn,
             turn_mean,
-            prepared.kept.get("covered", (imu.delay, law.delay), lambda: self._covered(prepared, imu, law)),
+            prepared.kept.get("covered", (imu.delay, law.clocks), lambda: self._covered(prepared, imu, law)),
             prepared.kept.get("testable", None, lambda: self.testable(prepared.flight)),
             prepared.kept.get("kinematics", imu_key, lambda: kinematics(prepared, imu)),
         )
@@ -274,11 +275,12 @@ class Model:
         good = np.ones(len(t), dtype=bool)
         for samples, commanded in ((r.rotor, r.rotor_commanded), (r.tilt, r.tilt_commanded)):
             if not commanded:
-                good &= _between_samples(t, samples)
+                good &= _between_samples(t - law.late + law.telemetry, samples)
                 continue
             usual = np.median(np.diff(samples.times)) if len(samples.times) > 1 else np.inf
-            latest = np.clip(np.searchsorted(samples.times, t - law.delay, side="right") - 1, 0, None)
-            age = t - law.delay - samples.times[latest]
+            given = t - law.delay - law.late
+            latest = np.clip(np.searchsorted(samples.times, given, side="right") - 1, 0, None)
+            age = given - samples.times[latest]
             good &= age <= max(_STALE * usual, _STALE_AT_LEAST)
         for moved in (r.attitude, r.velocity, r.rate):
             if moved is not None:

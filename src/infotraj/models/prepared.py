@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 from typing import Any, TypeVar
@@ -81,10 +81,17 @@ class Prepared:
         self.kept = Kept(max(2, min(6, _KEPT_ROWS // rows)))
         self.kept_of_segments = Kept(min(6, _KEPT_ROWS // rows))
 
-    def segments(self, imu: ImuLaw, command_delay: float) -> list[Segment]:
-        """The rows in stretches, sampled as early as the IMU was, commands acting `command_delay` (s) later."""
+    def as_logged(self, law: ActuatorLaw, imu: ImuLaw) -> tuple[ActuatorLaw, ImuLaw]:
+        """The laws on this log's clocks: without an accelerometer all of the motion has one, and may be late itself."""
+        force = self.recorded.specific_force
+        if imu.delay == 0.0 or not (force is None or force.derived):
+            return law, imu
+        return replace(law, late=law.late + imu.delay), replace(imu, delay=0.0)
+
+    def segments(self, imu: ImuLaw, law: ActuatorLaw) -> list[Segment]:
+        """The rows in stretches, sampled as early as the IMU was, commands acting as late as `law` says."""
         return self.kept.get(
-            "segments", (imu.delay, imu.lag, command_delay), lambda: self._segments(imu, command_delay)
+            "segments", (imu.delay, imu.lag, law.clocks), lambda: self._segments(imu, law.delay + law.late)
         )
 
     def along(
@@ -93,7 +100,7 @@ class Prepared:
         """Motion, actuators and air at the segment's instants; `others` is the key of the laws beside the IMU's."""
 
         def make() -> Along:
-            time, instants = segment.line.time, (imu.delay, imu.lag > 0.0, law.delay)
+            time, instants = segment.line.time, (imu.delay, imu.lag > 0.0, law.clocks)
             pose = self.kept_of_segments.get(f"pose {segment.start}", instants, lambda: self._pose(time))
             attitude, height, velocity, battery = pose
             stage, key = f"turning {segment.start}", (imu_key, instants)
@@ -185,14 +192,14 @@ class Prepared:
 
     def _actuators(self, segment: Segment, imu: ImuLaw, law: ActuatorLaw) -> Actuation:
         """The part of the flight's actuators that belongs to the segment."""
-        r, segments = self.recorded, self.segments(imu, law.delay)
+        r, segments = self.recorded, self.segments(imu, law)
 
         def over_flight(response: Callable[[Array], tuple[Array, Array]]) -> list[tuple[Array, Array]]:
             values, slopes = response(np.concatenate([s.line.time for s in segments]))
             ends = np.cumsum([0, *(len(s.line.time) for s in segments)])
             return [(values[a:b], slopes[a:b]) for a, b in pairwise(ends)]
 
-        times = (imu.delay, imu.lag > 0.0, law.delay)
+        times = (imu.delay, imu.lag > 0.0, law.clocks)
         rotor_key = (*times, law.rotor_time_constant.tobytes())
         rotor = self.kept.get("rotors", rotor_key, lambda: over_flight(partial(rotors_at, r, law)))
         tilt_key = (*times, *(x.tobytes() for x in (law.tilt_time_constant, law.tilt_max_rate, law.tilt_play)))

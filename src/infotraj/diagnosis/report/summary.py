@@ -9,7 +9,9 @@ import numpy as np
 from infotraj.checking.acceptance import accepted_in, accepted_lines
 from infotraj.comparing.equation_error import AXES
 from infotraj.diagnosis.diagnosis import Diagnosis
+from infotraj.diagnosis.gates.refusal import axis_group
 from infotraj.diagnosis.judge.giving import WORSE
+from infotraj.diagnosis.judge.numbers import FileNumber
 from infotraj.diagnosis.judge.verdicts import Finding
 from infotraj.diagnosis.report.reasons import about_takes, axis_in_words, why
 from infotraj.diagnosis.report.vehicle_file import ONE_FINDING, by_ratio
@@ -121,16 +123,27 @@ def _worse(found: Diagnosis) -> list[str]:
 
 
 def _mended_by_file(found: Diagnosis) -> str:
-    """Axes of whose error numbers of the file alone take most, with the share of it that goes; empty without any."""
-    if found.supported or not found.beside or found.healthy is not None:
+    """Axes of whose error numbers of the file take most, beside what is named, with the share that goes; or nothing."""
+    if not found.beside or found.healthy is not None:
         return ""
-    goes = 1.0 - found.after.rmse / found.before.rmse
+    goes = 1.0 - found.after.rmse / found.before.rmse * np.exp(_falls_by_name(found))
     axes = [i for i, a in enumerate(AXES) if a not in found.refused and goes[i] > _MOST]
     if not axes:
         return ""
     shares = [round(100.0 * float(goes[i])) for i in axes]
     of = f"{min(shares)} to {max(shares)} %" if min(shares) < max(shares) else f"{shares[0]} %"
     return f"{of} of it is gone on {', '.join(AXES[i] for i in axes)}"
+
+
+def _falls_by_name(found: Diagnosis) -> Array:
+    """The logarithm by which what is named makes the error of each axis fx .. tz fall, (6,)."""
+    out = np.zeros(len(AXES))
+    for name in found.supported:
+        e = found.finding(name).evidence
+        for axis, fall in e.falls.items() if e is not None else ():
+            if (group := axis_group(axis)) is not None:
+                out[AXES.index(group)] += max(fall, 0.0)
+    return out
 
 
 def sentence(found: Diagnosis) -> str:
@@ -148,20 +161,22 @@ def sentence(found: Diagnosis) -> str:
         first = f"These data cannot say which effect is missing: {next(iter(found.refused.values()))}"
     elif found.refused:
         first += "; nothing can be said about " + "; ".join(f"{', '.join(a)}: {r}" for r, a in why(found.refused))
-    out_of_line = [
-        f"{n.name} {_short(n.value)} {n.unit}".strip()
-        for n, part in by_ratio(found.file)
-        if n.large and not (n.ordinary or part)
-    ]
+    out_of_line = [_number_of_file(n) for n, part in by_ratio(found.file) if n.large and not (n.ordinary or part)]
     if out_of_line and found.judged:
         first += f"; your vehicle file is out of line: {' and '.join(out_of_line)}"
     mended = _mended_by_file(found)
     if mended:
         first += f"; the numbers of your vehicle file make most of the error: corrected, {mended}"
+        most = [_number_of_file(n) for n, part in by_ratio(found.file) if n.large and n.ordinary and not part]
+        first += f", first of all {' and '.join(most)}" if most else ""
     if found.unexplained.found:
         where = ", ".join(list(dict.fromkeys(axis_in_words(s.axis) for s in found.unexplained.axes))[:3])
         first += f"; structured error is left on {where} that no effect of the catalogue explains"
     return first + "."
+
+
+def _number_of_file(n: FileNumber) -> str:
+    return f"{n.name} {_short(n.value)} {n.unit}".strip()
 
 
 def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
