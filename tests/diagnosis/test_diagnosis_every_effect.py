@@ -41,6 +41,7 @@ CASES: dict[str, Any] = {
         "steady_force": {"f": [0.2, -0.1, 0.1]},
         "steady_torque": {"t": [0.01, -0.008, 0.005]},
         "gyro_bias": {"b": [0.03, -0.02, 0.02]},
+        "accelerometer_bias": {"b": [0.2, -0.1, 0.1]},
         "imu_misalignment": {"rotvec": [0.02, -0.015, 0.02]},
         "time_offset": {"dt": 0.01},
         "translational_lift": {"k": 4e-3},

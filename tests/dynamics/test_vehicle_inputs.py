@@ -141,7 +141,9 @@ def test_effects_of_single_rotors_are_not_testable_without_rotors_and_the_others
     tilts = {"servo_lag", "servo_rate_limit", "servo_backlash", "servo_bias", "rotor_interference"}
     assert {n for n, why in none.items() if why == "the vehicle has no tilts"} == tilts
     assert "thrust_axis" in none["moment_scale"]
-    assert {n for n, why in none.items() if why is None} == set(none) - single - tilts - {"moment_scale"}
+    assert "commanded" in none["telemetry_offset"]
+    others = {"moment_scale", "telemetry_offset"}
+    assert {n for n, why in none.items() if why is None} == set(none) - single - tilts - others
     for name in single - {"rotor_effectiveness"}:
         every = catalogue()[name].parameters
         # Of several forms one.

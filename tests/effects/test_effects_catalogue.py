@@ -51,6 +51,7 @@ NAMES = {
     "steady_torque": {"t"},
     "suspended_load": {"mass", "length"},
     "gyro_bias": {"b"},
+    "accelerometer_bias": {"b"},  # not in the specification: every accelerometer has one
     "imu_misalignment": {"rotvec"},
     "time_offset": {"dt"},
     "telemetry_offset": {"dt"},  # not in the specification: of logs with measured rotors

@@ -72,12 +72,13 @@ def fly(
     state, imu, cmd_rotor, cmd_tilt, rotor, tilt = out
     turn = _rotation(np.array(by_name.get("imu_misalignment", {}).get("rotvec", np.zeros(3)), dtype=float))
     bias = np.array(by_name.get("gyro_bias", {}).get("b", np.zeros(3)), dtype=float)
+    force_bias = np.array(by_name.get("accelerometer_bias", {}).get("b", np.zeros(3)), dtype=float)
     columns = {"t": rows + start}
     _put(columns, ["px", "py", "pz"], state[:, 0:3])
     _put(columns, ["qw", "qx", "qy", "qz"], state[:, 3:7])
     _put(columns, ["vx", "vy", "vz"], state[:, 7:10])
     _put(columns, ["wx", "wy", "wz"], imu[:, 0:3] @ turn.T + bias)
-    _put(columns, ["ax", "ay", "az"], imu[:, 3:6] @ turn.T)
+    _put(columns, ["ax", "ay", "az"], imu[:, 3:6] @ turn.T + force_bias)
     _put(columns, [f"cmd_rotor_{i}" for i in range(cmd_rotor.shape[1])], cmd_rotor)
     _put(columns, [f"cmd_tilt_{i}" for i in range(cmd_tilt.shape[1])], cmd_tilt)
     _put(columns, [f"rotor_{i}" for i in range(cmd_rotor.shape[1])], rotor)

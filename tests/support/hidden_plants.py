@@ -62,6 +62,7 @@ EFFECTS = {
         ("translational_lift", {"k": 6e-3}),
         ("thrust_exponent", {"n": 2.2}),
         ("sensor_lag", {"time_constant": 0.01}),
+        ("accelerometer_bias", {"b": [0.2, -0.1, 0.15]}),
     ),
     "quadrotor": (
         ("mass_offset", {"dm": 0.04}),
@@ -91,6 +92,7 @@ EFFECTS = {
         ("translational_lift", {"k": 4e-3}),
         ("thrust_exponent", {"n": 1.8}),
         ("sensor_lag", {"time_constant": 0.008}),
+        ("accelerometer_bias", {"b": [-0.15, 0.2, 0.1]}),
     ),
 }
 

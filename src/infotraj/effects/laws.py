@@ -99,16 +99,17 @@ class BodyLaw:
 
 @dataclass(frozen=True)
 class ImuLaw:
-    """What the IMU writes in row k: rotation @ (the body's at t[k] - delay), plus rate_bias on the rates.
+    """What the IMU writes in row k: rotation @ (the body's at t[k] - delay), plus its biases.
 
-    rotation (3, 3); delay (s); rate_bias (3,) rad/s; lag (s): time constant of the first-order filter that the body's
-    rates and specific force pass first, 0 for none.
+    rotation (3, 3); delay (s); rate_bias (3,) rad/s, force_bias (3,) m/s^2; lag (s): time constant of the first-order
+    filter that the body's rates and specific force pass first, 0 for none.
     """
 
     rotation: Array
     delay: float
     rate_bias: Array
     lag: float = 0.0
+    force_bias: Array = field(default_factory=lambda: np.zeros(3))
 
     @classmethod
     def ideal(cls) -> ImuLaw:

@@ -30,6 +30,23 @@ class GyroBias(Effect):
         return replace(law, rate_bias=law.rate_bias + self.b)
 
 
+class AccelerometerBias(Effect):
+    """Measured specific force = true specific force + b, constant over a flight."""
+
+    name = "accelerometer_bias"
+    place = "measurement"
+    exact = True
+    parameters = (Parameter("b", "m/s^2", 0.1, (-3.0, 3.0), size=3),)
+    b: Array
+    needs = ("accelerometer",)
+    source = "Titterton and Weston, Strapdown Inertial Navigation Technology, 12"
+    linear = True
+    hidden_when = "the specific force is derived from the velocity"
+
+    def imu(self, law: ImuLaw) -> ImuLaw:
+        return replace(law, force_bias=law.force_bias + self.b)
+
+
 class ImuMisalignment(Effect):
     """What the IMU measures, rates and specific force, is R(rotvec) times the body's: it is mounted askew."""
 

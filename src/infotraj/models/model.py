@@ -82,7 +82,7 @@ class Model:
         force, force_mean, turn, turn_mean = (x @ imu.rotation.T for x in as_sensed(prepared.recorded, rows, imu.lag))
         return Prediction(
             prepared.recorded.t,
-            force,
+            force + imu.force_bias,
             force_mean,
             turn,
             turn_mean,

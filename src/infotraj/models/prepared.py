@@ -152,7 +152,8 @@ class Prepared:
         force = self.recorded.specific_force
         if force is None or force.derived:
             return force
-        return Samples(force.times - imu.delay, self._before_lag("force", force, imu) @ imu.rotation)
+        values = self._before_lag("force", force, imu) - imu.force_bias
+        return Samples(force.times - imu.delay, values @ imu.rotation)
 
     def _before_lag(self, name: str, samples: Samples, imu: ImuLaw) -> Array:
         """What the sensors' filter was given where its output was sampled: y + lag dy/dt."""

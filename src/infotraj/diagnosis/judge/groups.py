@@ -112,7 +112,7 @@ def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival
 def _instead(search: Search, made: Fit, label: str) -> Fit:
     """The fit with a rival, whose number is told as that of an effect in another's place: no part of what it stands for
     is there as what the file is off by."""
-    o, spike = search.observation, made.linear.spike(made.scales)
+    o, spike = made.linear.observation, made.linear.spike(made.scales)
     mine = {
         (label, c.place) for c, s in zip(made.linear.columns, spike, strict=True) if s and c.candidate.label == label
     }

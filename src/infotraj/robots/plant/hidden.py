@@ -44,9 +44,10 @@ class FlexibleArm(_Strict):
 
 
 class ImuErrors(_Strict):
-    """What the IMU measures: R(rotvec) times filtered rate and specific force, plus gyro_bias, all `delay` ago."""
+    """What the IMU measures: R(rotvec) times filtered rate and specific force, plus their biases, all `delay` ago."""
 
     gyro_bias: Vector = Field(Zero, description="rad/s")
+    accelerometer_bias: Vector = Field(Zero, description="m/s^2")
     rotvec: Vector = Field(Zero, description="rad")
     delay: NotNegative = Field(0.0, description="s, a whole number of time steps")
     lag: NotNegative = Field(0.0, description="s, time constant of a first-order filter of both")

@@ -249,6 +249,7 @@ CATALOGUE: dict[str, Hide] = {
     "steady_torque": lambda truth, vehicle, values: _disturb(truth, torque=_triple(values["t"])),
     "suspended_load": _section(Load, "load"),
     "gyro_bias": lambda truth, vehicle, values: _imu(truth, gyro_bias=_triple(values["b"])),
+    "accelerometer_bias": lambda truth, vehicle, values: _imu(truth, accelerometer_bias=_triple(values["b"])),
     "imu_misalignment": lambda truth, vehicle, values: _imu(truth, rotvec=_triple(values["rotvec"])),
     "time_offset": lambda truth, vehicle, values: _imu(truth, delay=values["dt"]),
     "wind": _of("air", "wind", "v", _triple),

@@ -233,7 +233,8 @@ class Plant:
         felt = self._felt() if self._filter is None else self._filter.value
         if imu == ImuErrors():
             return felt
-        return np.concatenate([self._imu_turn @ felt[:3] + np.array(imu.gyro_bias), self._imu_turn @ felt[3:]])
+        rate, force = self._imu_turn @ felt[:3], self._imu_turn @ felt[3:]
+        return np.concatenate([rate + np.array(imu.gyro_bias), force + np.array(imu.accelerometer_bias)])
 
     def _felt(self) -> Array:
         """Rate and specific force (6,) of the body at this instant."""
