@@ -17,7 +17,15 @@ MEASURED_SPEEDS = ("motion_capture",)
 # What a log with measured speeds does not show: between the command and the speed nothing need be predicted.
 UNSEEN_IN_LOGS: dict[str, frozenset[str]] = {
     "motion_capture": frozenset(
-        {"rotor_lag", "actuation_delay", "gyro_bias", "imu_misalignment", "time_offset", "sensor_lag"}
+        {
+            "rotor_lag",
+            "actuation_delay",
+            "gyro_bias",
+            "accelerometer_bias",
+            "imu_misalignment",
+            "time_offset",
+            "sensor_lag",
+        }
     ),
 }
 # What a log itself does to the flight, by the names that state it. Filters delay the IMU; where poses come late, every
