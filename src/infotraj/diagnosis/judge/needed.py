@@ -40,14 +40,18 @@ class Judged:
 def needed(search: Search, whole: Fit, rng: np.random.Generator) -> tuple[Fit, list[Judged], list[Judged]]:
     """The set without what does not predict, fitted; its effects, and what went as it was judged then.
 
-    What has gone may have stood for an effect outside the set, which is then taken in.
+    What has gone may have stood for an effect outside the set, which is then taken in. So may it for one
+    that had gone before it, which comes back once.
     """
     gone: list[Judged] = []
+    back: set[str] = set()  # what has come back, which happens once
     whole, judged = _predicting(search, whole, rng, gone)
     while gone:
-        further = _further(search, whole, {_label(j) for j in gone}, rng)
+        further = _further(search, whole, {_label(gone[-1]), *({_label(j) for j in gone} & back)}, rng)
         if further is None:
             break
+        back.add(further)
+        gone = [j for j in gone if _label(j) != further]
         wider = search.fitted([*whole.labels, further], whole, go_on=True)
         as_before = {_label(j): j.evidence for j in judged if _bends(j)}
         _, least, _ = _weakest(search, wider, rng, as_before, each=True)
