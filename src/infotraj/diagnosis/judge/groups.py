@@ -32,6 +32,7 @@ from infotraj.rotations import Array
 AS_PROBABLE = float(np.log(20.0))
 _NEAR = 0.5  # of what an effect gains: a linear rival with as much is fitted before it is compared
 _MOSTLY = 0.5  # of the error that an effect takes off: what a rival takes at least, and may leave
+_ALONE = 10.0  # times the nats that tell two apart: a number that explains so much less could not stand there
 _MOST = 4  # rivals that are fitted
 _TIMED = ("actuators", "measurement")  # places of effects that shift in time
 
@@ -105,13 +106,13 @@ def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival
         as_good = rise < min(matters, _MOSTLY * alone)
         as_good = as_good and _shared(as_it_is - now, as_it_is - left_by_set(made)) > _MOSTLY
         if as_good or (sure and best[name].both - made.solution.score < least):
-            found.append(Rival(name, _instead(search, made, label)))
+            found.append(Rival(name, _instead(search, made, label, least)))
     return found
 
 
-def _instead(search: Search, made: Fit, label: str) -> Fit:
+def _instead(search: Search, made: Fit, label: str, least: float) -> Fit:
     """The fit with a rival, whose number is told as that of an effect in another's place: no part of what it stands for
-    is there as what the file is off by."""
+    is there as what the file is off by, unless that explains far less. least: nats that are no difference."""
     o, spike = made.linear.observation, made.linear.spike(made.scales)
     mine = {
         (label, c.place) for c, s in zip(made.linear.columns, spike, strict=True) if s and c.candidate.label == label
@@ -119,7 +120,8 @@ def _instead(search: Search, made: Fit, label: str) -> Fit:
     if o.healthy is not None or not mine:
         return made
     alone = replace(search, observation=replace(o, still=o.still | mine))
-    return alone.fitted(made.labels, replace(made, linear=replace(made.linear, observation=alone.observation)))
+    instead = alone.fitted(made.labels, replace(made, linear=replace(made.linear, observation=alone.observation)))
+    return instead if instead.worth > made.worth - _ALONE * least else made
 
 
 def _in_time(search: Search, whole: Fit, label: str) -> tuple[Fit, dict[str, float]]:
