@@ -17,6 +17,7 @@ import numpy as np
 from infotraj.diagnosis.gates.observing import observe
 from infotraj.diagnosis.judge.evidence import overdispersion
 from infotraj.diagnosis.judge.groups import AS_PROBABLE
+from infotraj.diagnosis.linear.candidates import variants
 from infotraj.diagnosis.linear.observation import Member, Observation, inward, packed, unpacked
 from infotraj.diagnosis.linear.sensitivities import SMALL, columns_of
 from infotraj.diagnosis.noise.spectra import spectra
@@ -217,10 +218,10 @@ def _moved(fit: Fit, wanted: Sequence[int]) -> tuple[list[Effect], list[list[Eff
             sets.append([m.effect for m in unpacked(linear.point, vehicle, moved)])
             factors.append(1.0 / step)
             continue
-        choice, variant = next(
-            (h, v) for h, v in zip(linear.choices, linear.variants, strict=True) if v is not None and i in h.columns
-        )
-        _, effect, size = variant.points[choice.columns.index(i)]
+        own = [v for h, v in zip(linear.choices, linear.variants, strict=True) if v is not None and i in h.columns]
+        # What the fit has left since its columns were made has none of its own: it is where the file has it.
+        variant = own[0] if own else variants(c.candidate, vehicle)[0]
+        _, effect, size = next(point for point in variant.points if point[0] == c.place)
         sets.append([*base, effect])
         factors.append(c.scale / size)
     return base, sets, factors

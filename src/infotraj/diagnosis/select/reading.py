@@ -38,15 +38,16 @@ def as_commanded(observation: Observation, held: Sequence[Member], known: Sequen
     here = linearised(observation, held, known)
     if not any(sparse(s.flight, observation.vehicle) for s in observation.samples):
         return here
-    best, score = here, _within_bounds(here)
+    best, score = observation, _within_bounds(here)
     for count in _COUNTS:
-        made = replace(here, observation=_stepping(observation, held, count)).moved(here.point)
+        stepping = _stepping(observation, held, count)
+        made = replace(here, observation=stepping).moved(here.point)
         if made is None:
             continue
         reached = _within_bounds(made)
         if reached > score:
-            best, score = made, reached
-    return best if best is here else best.weighed_anew()
+            best, score = stepping, reached
+    return here if best is observation else linearised(best, held, known)
 
 
 def _within_bounds(now: Linear) -> float:
