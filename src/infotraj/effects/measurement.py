@@ -77,7 +77,7 @@ class TimeOffset(Effect):
     dt: float
     source = "Li and Mourikis (2014), 2"
     declared = Declared("clock", 1 / 10, "clock of the sensors, later by")  # 1 ms: of log and sensor
-    hidden_when = "rates or specific force are derived, not measured; beside measured rotors never"
+    hidden_when = "rates or specific force are derived, not measured; not where rotors are measured and no force is"
 
     @classmethod
     def hidden(cls, vehicle: Vehicle, flight: Flight) -> str | None:

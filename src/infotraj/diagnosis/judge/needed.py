@@ -122,7 +122,7 @@ def _bends(j: Judged) -> bool:
 
 
 def _further(search: Search, whole: Fit, gone: set[str], rng: np.random.Generator) -> str | None:
-    """The label of the effect outside the set that is sure and predicts most, if one does; none that has gone."""
+    """The label of the effect outside the set that is sure and predicts most, if one does; none of `gone`."""
     inside = {*whole.labels, *gone, *search.barred}
     choices = whole.linear.choices
     open_to = [i for i, c in enumerate(choices) if c.label not in inside and np.isfinite(c.price)]
