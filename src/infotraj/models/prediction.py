@@ -33,10 +33,11 @@ class Prediction:
     """Predicted specific force and angular acceleration at the n rows of a flight, as the IMU would measure them.
 
     t (n,) s. specific_force (n, 3) m/s^2: at the body's origin, in the IMU's axes (body axes unless the model has
-    imu_misalignment) and with its bias, which specific_force_mean has not, at the instant at which row k was sampled (t[k], less a time_offset). angular_acceleration
-    (n, 3) rad/s^2: derivative of the measured rate at that instant. specific_force_mean, angular_acceleration_mean:
-    their means from that instant to the one of row k + 1 (last row NaN), so that the measured rate of row k + 1 minus
-    that of row k is (t[k+1] - t[k]) times the mean. NaN where the vehicle file does not give mass or inertia.
+    imu_misalignment), with the accelerometer's bias, at the instant at which row k was sampled (t[k], less a
+    time_offset). angular_acceleration (n, 3) rad/s^2: derivative of the measured rate at that instant.
+    specific_force_mean (without the bias), angular_acceleration_mean: their means from that instant to the one of row
+    k + 1 (last row NaN), so that the measured rate of row k + 1 minus that of row k is (t[k+1] - t[k]) times the mean.
+    NaN where the vehicle file does not give mass or inertia.
 
     covered (n,) bool: False where the inputs do not reach (commands missing for long, motion not recorded).
     testable: for each of fx fy fz tx ty tz None, or the reason why the prediction or its measured side is missing.
