@@ -310,6 +310,15 @@ def test_what_goes_with_the_measured_side_explains_it_whatever_its_size(monkeypa
     assert doubt.axes == ("tx",)
 
 
+def test_a_thrust_that_carries_the_weight_explains_it_whatever_a_hover_shows_of_its_changes(monkeypatch):
+    made, noise = signals()
+    along_z = np.eye(6)[2]
+    measured, predicted = made + noise + 50.0 * along_z, np.where(along_z > 0, waves(0.77, 2.3)[:, None], made)
+    assert unanswered(monkeypatch, measured, predicted + 50.0 * along_z) == []
+    (doubt,) = unanswered(monkeypatch, measured, predicted + 1.0 * along_z)
+    assert doubt.axes == ("fz",)
+
+
 def test_a_torque_that_tilting_rotors_do_not_make_leaves_no_axis_sure(monkeypatch):
     made, noise = signals()
     predicted = made.copy()

@@ -42,7 +42,8 @@ def unanswered(
 
     An axis on which the actuators do not act is not one of them: what else the model says of it is little, or named.
     What is explained is what goes with the prediction: an error that is as large as the measured side, as rotors 1 %
-    different make it where a vehicle turns gently, is no disagreement. least: share that is enough; known: axes that
+    different make it where a vehicle turns gently, is no disagreement; nor is one that is small beside the weight which
+    the thrust carries, whatever a hover shows of its changes. least: share that is enough; known: axes that
     are refused for a reason of their own, which says nothing of others; given: the model before the fit: what it says
     of an axis is no less true for a fit that went astray, beside an axis on which no model says anything.
     """
@@ -56,7 +57,7 @@ def unanswered(
         far = np.isfinite(after.rmse[i]) and after.rmse[i] > _ABOVE_FLOOR * after.floor[i]
         predicted = np.concatenate([e.predicted[e.scored[:, i], i] for e in made])
         says = len(predicted) > 0 and np.std(predicted) > _ABOVE_FLOOR * after.floor[i]
-        explained = max(after.explained[i], _going_with(made, i), before[i]) if far and says else 1.0
+        explained = max(_explained(made, i), _going_with(made, i), before[i]) if far and says else 1.0
         if explained < least:
             what = f"force along {axis[1]}" if axis[0] == "f" else f"torque about {axis[1]}"
             share = f"the prediction explains {100 * explained:.0f} % of the measured {what}"
@@ -73,6 +74,15 @@ def coherence(made: Sequence[EquationError]) -> Array:
     """Share (6,) of the measured force and torque that goes with a model's prediction; NaN where one is missing."""
     shown = [any(e.scored[:, i].any() for e in made) for i in range(6)]
     return np.array([_going_with(made, i) if shown[i] else np.nan for i in range(6)])
+
+
+def _explained(made: Sequence[EquationError], i: int) -> float:
+    """Share of the measured side of one axis that the prediction takes off: of a torque's variance, of a force squared,
+    for what carries the vehicle was measured, too."""
+    measured = np.concatenate([e.measured[e.scored[:, i], i] for e in made])
+    error = np.concatenate([e.residual[e.scored[:, i], i] for e in made])
+    size = measured - measured.mean() if AXES[i][0] == "t" else measured
+    return float(1.0 - np.sum(error**2) / max(np.sum(size**2), 1e-300))
 
 
 def _going_with(made: Sequence[EquationError], i: int) -> float:
