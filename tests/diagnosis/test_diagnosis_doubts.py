@@ -86,6 +86,21 @@ def test_two_torques_that_are_not_those_of_the_commands_are_a_doubt_and_quiet_on
     assert found(made + noise, predicted * small) == []
 
 
+def test_torques_that_hold_against_the_air_are_those_of_the_commands_where_the_fast_part_of_them_turns_the_vehicle():
+    made, noise = signals()
+    fast = np.stack([waves(0.45, 3.1), waves(0.5, 2.7)], axis=1)
+    against = np.zeros_like(made)
+    against[:, 3:5] = 4.0 * np.stack([waves(0.21, 0.33), waves(0.26, 0.37)], axis=1)
+    measured = made.copy()
+    measured[:, 3:5] = fast
+    assert found(measured + noise, measured + against) == []
+    # Another order of the rotors: what turns the vehicle at once is not what they predict.
+    swapped = measured.copy()
+    swapped[:, 3:5] = measured[:, 4:2:-1]
+    (doubt,) = found(measured + noise, swapped + against)
+    assert set(doubt.axes) >= {"tx", "ty"}
+
+
 def test_a_prediction_far_smaller_than_what_is_measured_does_not_claim_to_explain_it():
     """Unless that is so on most axes that are loud."""
     made, noise = signals()

@@ -15,6 +15,7 @@ from infotraj.diagnosis.judge.verdicts import Finding, Judge, named
 from infotraj.diagnosis.linear.candidates import Candidate
 from infotraj.diagnosis.linear.observation import Member
 from infotraj.effects import effect_class
+from infotraj.models import Model
 
 SURE = {"probability": 0.99, "selected": 1.0, "rise": 1.0, "gain": 0.4, "falls": {"fx": 0.4}, "by_axis": {"fx": 1.0}}
 
@@ -79,6 +80,26 @@ def test_what_may_be_part_of_a_larger_structure_on_its_axis_is_not_sure():
     assert doubt(left("fx", 0.8), left("fy", 0.6)) == (None, "")
     assert doubt(left("fz", 5.0)) == (None, "")
     assert doubt(left("fx", 3.0), gain=0.7) == (None, "")
+
+
+@pytest.mark.parametrize(
+    ("times", "share", "named"), [(2.5, 0.4, False), (2.5, 0.6, True), (1.9, 0.1, True), (0.4, 0.1, False)]
+)
+def test_another_inertia_altogether_is_not_named_where_little_of_the_torque_goes_with_the_prediction(
+    times, share, named
+):
+    """Beside a moment without a name that the rotors hold against, a larger inertia explains a part of it."""
+    found = judged("inertia_error")
+    more = (times - 1.0) * VEHICLE.inertia.yy
+    member = replace(found.member, effect=effect_class("inertia_error")(dyy=more))
+    observation = SimpleNamespace(vehicle=VEHICLE, model=lambda m: Model(VEHICLE, [x.effect for x in m]))
+    made = judge(search=SimpleNamespace(observation=observation))
+    of_axes = np.array([0.1, 0.1, 0.1, 0.1, share, 0.1])
+    verdict, reason = replace(made, coherence=of_axes)._doubt(replace(found, member=member))
+    assert (verdict is None) == named
+    if not named:
+        assert reason.startswith(f"the inertia about y would be {times:.2g} times the file's")
+    assert made._doubt(replace(found, member=member)) == (None, "")
 
 
 def one_axis(sizes, chosen, names=("linear_drag", "quadratic_drag", "com_offset"), scale=1.0):

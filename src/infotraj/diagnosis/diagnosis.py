@@ -205,7 +205,8 @@ def diagnose(
     refused = {**refused, **dict.fromkeys(sideways, "no attitude: the vehicle is taken as level")}
     step(3, _STEPS, "judging")
     reached("structure")
-    asked = Asked(search, tuple(catalog), why_not, refused, matters, seed, np.random.default_rng([seed, 1]))
+    rng = np.random.default_rng([seed, 1])
+    asked = Asked(search, tuple(catalog), why_not, refused, matters, seed, rng, start, stop)
     findings, told, made = decided(asked, whole)
     reached("errors")
     final, supported = made.fit, named(findings)

@@ -27,6 +27,8 @@ _UNDONE = 0.2  # of the disagreement that a shift of the clock leaves
 _BAD = 0.1  # 1 - r^2 as stamped: with less the model says enough of the motion as it is
 _BEFORE = "response_before_command"
 _DRIFT = 2.0  # s: slower changes are left out, they may be anything
+_AT_ONCE = 0.5  # s: the same where the air may balance slower torques of the rotors
+_HARDLY_LATE = (-0.03, 0.08)  # s, where what turns a vehicle at once is looked for
 
 
 def contradictions(errors: Sequence[EquationError], vehicle: Vehicle) -> list[Doubt]:
@@ -51,6 +53,10 @@ def contradictions(errors: Sequence[EquationError], vehicle: Vehicle) -> list[Do
             continue
         loud += 1
         r, fits = _at_best(pairs, lags, step)
+        if fits < LEAST and axis[0] == "t":
+            # At speed the rotors' torques hold against the air's: what is left of them turns the vehicle, and fast.
+            fast = [p for e in errors if (p := _even(e, i, step, drift=_AT_ONCE)) is not None]
+            fits = max(fits, *(_correlation(fast, round(x / step)) for x in np.arange(*_HARDLY_LATE, step)))
         if fits < LEAST and axis[0] == "t" and not vehicle.tilts:
             beside = [
                 _beside_thrust(p, thrust)
@@ -184,8 +190,10 @@ def _noise(e: EquationError, i: int) -> float:
     return float(np.fmin(e.floor[i], fast_part(e.t, e.measured[:, i : i + 1], e.window)[0]))
 
 
-def _even(e: EquationError, i: int, step: float, other: int | None = None) -> tuple[Array, Array] | None:
-    """Measured and predicted side of one axis on an even grid, changes slower than `_DRIFT` taken off.
+def _even(
+    e: EquationError, i: int, step: float, other: int | None = None, drift: float = _DRIFT
+) -> tuple[Array, Array] | None:
+    """Measured and predicted side of one axis on an even grid, changes slower than `drift` (s) taken off.
 
     other: of that axis instead, where the first one is known.
     """
@@ -196,7 +204,7 @@ def _even(e: EquationError, i: int, step: float, other: int | None = None) -> tu
     if len(grid) < 100:
         return None
     sides = [
-        _without_drift(np.interp(grid, e.t[rows], x[rows, i if other is None else other]), round(_DRIFT / step))
+        _without_drift(np.interp(grid, e.t[rows], x[rows, i if other is None else other]), round(drift / step))
         for x in (e.measured, e.predicted)
     ]
     return sides[0], sides[1]

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.judge.giving import Given, given
 from infotraj.diagnosis.judge.groups import Rival
 from infotraj.diagnosis.judge.lone_rotor import with_lone_rotor
@@ -23,8 +24,10 @@ from infotraj.diagnosis.judge.unexplained import Unexplained, unexplained
 from infotraj.diagnosis.judge.verdicts import CONFIDENT, Finding, Judge, named
 from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.fit import Fit
+from infotraj.diagnosis.select.learned import straight
 from infotraj.diagnosis.select.search import Search
 from infotraj.progress import pieces, reached
+from infotraj.rotations import Array
 
 _STAY = 2  # of so many effects that the search took one stays
 _AGAIN = 10  # times its mean takes judging anew, where it comes
@@ -33,7 +36,7 @@ _AGAIN = 10  # times its mean takes judging anew, where it comes
 @dataclass(frozen=True)
 class Asked:
     """What verdicts are drawn from beside a set: the search, names of the catalogue, those without a candidate and why,
-    axes on which nothing can be said, the least rise that counts."""
+    axes on which nothing can be said, the least rise that counts; start, stop: s, the part of every flight to use."""
 
     search: Search
     order: tuple[str, ...]
@@ -42,6 +45,8 @@ class Asked:
     matters: float
     seed: int
     rng: np.random.Generator
+    start: float | None = None
+    stop: float | None = None
     _left: dict[int, tuple[Fit, Unexplained]] = field(default_factory=dict)
 
     def left(self, told: Fit) -> Unexplained:
@@ -55,8 +60,18 @@ class Asked:
 
     def judged(self, told: Fit, judged: Sequence[Judged]) -> tuple[tuple[Finding, ...], dict[str, Rival]]:
         """Findings of a set, and rivals that stand for a group."""
-        judge = Judge(self.search, told, judged, self.order, self.left(told), self.refused, self.matters, self.rng)
+        left, coherent = self.left(told), self._coherence(told)
+        judge = Judge(self.search, told, judged, self.order, left, self.refused, self.matters, self.rng, coherent)
         return judge.findings(self.hidden)
+
+    def _coherence(self, told: Fit) -> Array | None:
+        """Share (6,) of the measured forces and torques that goes with a set's prediction; None against healthy
+        flights."""
+        o = self.search.observation
+        if o.healthy is not None or not self.search.known:
+            return None
+        made = refusal.compared(o.model(straight(told)), [s.flight for s in o.samples], self.start, self.stop)
+        return refusal.coherence(made)
 
 
 def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:

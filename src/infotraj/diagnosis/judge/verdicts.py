@@ -21,6 +21,7 @@ from infotraj.diagnosis.select.predicting import TELLS
 from infotraj.diagnosis.select.prior import OF_THE_LOG
 from infotraj.diagnosis.select.search import Search
 from infotraj.progress import reached
+from infotraj.rotations import Array
 
 CONFIDENT = ("Supported", "Not separable")
 MATTERS = 0.05  # rise of the squared error, in units of the floor, below which an effect does not matter
@@ -50,7 +51,8 @@ _Alike = tuple[Member, dict[str, Any], Rival | None]  # a member of a group, its
 @dataclass(frozen=True)
 class Judge:
     """What verdicts are drawn from: the search, the set of effects that predict, all that was judged for it, names of
-    the catalogue, structure that is left, axes on which nothing can be said."""
+    the catalogue, structure that is left, axes on which nothing can be said; coherence (6,): share of the measured
+    forces and torques that goes with the set's prediction, None where flights are held against healthy ones."""
 
     search: Search
     whole: Fit
@@ -60,6 +62,7 @@ class Judge:
     refused: Mapping[str, str]
     matters: float
     rng: np.random.Generator
+    coherence: Array | None = None
 
     def findings(self, hidden: Mapping[str, str]) -> tuple[tuple[Finding, ...], dict[str, Rival]]:
         """One finding for each effect of the catalogue, in its order, and rivals that stand for a group, by name.
@@ -147,10 +150,36 @@ class Judge:
         if e.probability < least or e.selected < SURE:
             chance = f"{100 * e.probability:.0f} % probable, better on {100 * e.selected:.0f} % of the resamples"
             return "Plausible", f"{chance} of flights that were not fitted"
+        faint = self._faint(j)
+        if faint:
+            return "Plausible", faint
         if e.form_error >= _CHANGES:
             return "Plausible", f"its size changes from place to place by {100 * e.form_error:.0f} %"
         beside = "" if e.gain >= _HALVES else self._beside_more(e)
         return ("Plausible", beside) if beside else (None, "")
+
+    def _faint(self, j: Judged) -> str:
+        """That a moment of inertia is another one altogether where little of the measured torque goes with what the
+        model predicts, which it divides as a whole; empty if not.
+
+        Beside a moment that no name explains, and that the rotors hold against, a larger inertia makes their torque as
+        small as what turns the vehicle. So do errors of what a regression is made of (Fuller 1987).
+        """
+        declared = j.member.candidate.cls.declared
+        if declared is None or declared.kind != "inertia" or self.coherence is None:
+            return ""
+        o = self.search.observation
+        inertia = o.model([j.member]).body_law.inertia
+        share = self.coherence[3:]
+        times = np.diag(inertia) / np.diag(o.vehicle.inertia_matrix()) if inertia is not None else np.ones(3)
+        far = np.where(share < refusal.HALF_EXPLAINED, np.abs(np.log(times)), 0.0)
+        k = int(np.argmax(far))
+        if far[k] < _HALVES:
+            return ""
+        moment = f"the inertia about {'xyz'[k]} would be {times[k]:.2g} times the file's"
+        return (
+            f"{moment}; only {100 * share[k]:.0f} % of the torque there goes with the prediction: it may stand for more"
+        )
 
     def _beside_more(self, e: Evidence) -> str:
         """That more of what goes with the motion is left than the effect takes off, where it acts most; empty if not.
