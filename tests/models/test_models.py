@@ -53,6 +53,11 @@ def flight(vehicle, seconds=3.0, rate=200, seed=0):
     return Flight(pd.DataFrame(columns))
 
 
+def effect_of(numbers):
+    name, *own = numbers
+    return effect_class(numbers[name])(**{k: numbers[k] for k in own})
+
+
 def changed(f, **columns):
     return Flight(f.table.assign(**columns), dict(f.meta))
 
@@ -222,6 +227,36 @@ def test_a_prepared_flight_gives_the_same_and_forgets_nothing_of_other_models():
         np.testing.assert_array_equal(model.predict(ready).angular_acceleration, model.predict(f).angular_acceleration)
     with pytest.raises(UsageError, match="another vehicle"):
         Model(load_vehicle(QUADROTOR)).predict(ready)
+
+
+@pytest.mark.parametrize("accelerometer", [True, False])
+def test_each_number_of_an_imu_changes_what_follows_from_it(accelerometer):
+    """What is kept of one model is no part of the next, whatever its IMU: clocks, biases, filter, mounting."""
+    vehicle = load_vehicle(QUADROTOR)
+    f = flight(vehicle)
+    f = f if accelerometer else Flight(f.table.drop(columns=["ax", "ay", "az"]), dict(f.meta))
+    of_imu = [
+        {"name": "gyro_bias", "b": [0.1, 0.0, -0.05]},
+        {"name": "time_offset", "dt": 0.01},
+        {"name": "sensor_lag", "time_constant": 0.01},
+    ]
+    if accelerometer:
+        of_imu += [
+            {"name": "accelerometer_bias", "b": [0.3, -0.2, 0.1]},
+            {"name": "imu_misalignment", "rotvec": [0.02, 0.01, -0.03]},
+        ]
+    beside = [effect_class("rotor_drag")(k=5e-5), effect_class("suspended_load")(mass=0.02, length=0.5)]
+    models = [Model(vehicle, [*beside, *map(effect_of, own)]) for own in ([], *([x] for x in of_imu), of_imu)]
+    ready = models[0].prepare(f)
+    seen = []
+    for model in [*models, *models[::-1]]:
+        kept, anew = model.predict(ready), model.predict(f)
+        for name in ("specific_force", "specific_force_mean", "angular_acceleration", "angular_acceleration_mean"):
+            np.testing.assert_array_equal(getattr(kept, name), getattr(anew, name))
+        for name in ("turn", "turn_by_imu", "push", "push_by_imu"):
+            np.testing.assert_array_equal(getattr(kept.kinematics, name), getattr(anew.kinematics, name))
+        seen.append(anew.specific_force)
+    assert not any(np.array_equal(seen[0], x) for x in seen[1 : len(models)])
 
 
 def test_time_grows_with_the_rows():

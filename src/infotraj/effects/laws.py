@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -110,6 +111,16 @@ class ImuLaw:
     rate_bias: Array
     lag: float = 0.0
     force_bias: Array = field(default_factory=lambda: np.zeros(3))
+
+    @property
+    def of_rates(self) -> Hashable:
+        """What the body's rates follow from: all but the bias of the accelerometer."""
+        return self.delay, self.lag, self.rate_bias.tobytes(), self.rotation.tobytes()
+
+    @property
+    def of_force(self) -> Hashable:
+        """What its specific force follows from: all but the bias of the gyroscope."""
+        return self.delay, self.lag, self.force_bias.tobytes(), self.rotation.tobytes()
 
     @classmethod
     def ideal(cls) -> ImuLaw:

@@ -36,20 +36,33 @@ def kinematics(prepared: Prepared, imu: ImuLaw) -> Kinematics:
     attitude, velocity = r.attitude, r.velocity
     rate = None if "turn" in reasons else prepared.true_rate(imu)
     force = None if "push" in reasons else prepared.true_specific_force(imu)
+    kept = prepared.kept
     if attitude is not None and rate is not None:
-        turn = prepared.kept.get("turn", None, partial(_turn, r.t, attitude))
-        turn_by_imu = _turn_by_imu(r.t, rate)
-        if prepared.quiet:
-            cut = prepared.kept.get("fastest turn", None, partial(fastest, r.t, turn, turn_by_imu))
-            turn_by_imu = _turn_by_imu(r.t, quieted(rate, cut))
+        turn = kept.get("turn", None, partial(_turn, r.t, attitude))
+        turn_by_imu = kept.get("turn by IMU", imu.of_rates, partial(_quiet_turn, prepared, turn, rate))
     if attitude is not None and velocity is not None and force is not None:
-        push = prepared.kept.get("push", None, partial(_push, r.t, velocity))
-        turned = prepared.kept.get("attitude between rows", None, partial(_attitudes, r.t, attitude))
-        push_by_imu = _push_by_imu(r.t, force, turned, prepared.vehicle.gravity)
-        if prepared.quiet:
-            cut = prepared.kept.get("fastest push", None, partial(fastest, r.t, push, push_by_imu))
-            push_by_imu = _push_by_imu(r.t, quieted(force, cut), turned, prepared.vehicle.gravity)
-    return Kinematics(turn, turn_by_imu, push, push_by_imu, reasons)
+        push = kept.get("push", None, partial(_push, r.t, velocity))
+        turned = kept.get("attitude between rows", None, partial(_attitudes, r.t, attitude))
+        push_by_imu = kept.get("push by IMU", imu.of_force, partial(_quiet_push, prepared, push, turned, force))
+    return Kinematics(turn, turn_by_imu, push, push_by_imu, reasons, {"turn": imu.of_rates, "push": imu.of_force})
+
+
+def _quiet_turn(prepared: Prepared, turn: Array, rate: Samples) -> Array:
+    t = prepared.recorded.t
+    by_imu = _turn_by_imu(t, rate)
+    if not prepared.quiet:
+        return by_imu
+    cut = prepared.kept.get("fastest turn", None, partial(fastest, t, turn, by_imu))
+    return _turn_by_imu(t, quieted(rate, cut))
+
+
+def _quiet_push(prepared: Prepared, push: Array, turned: list[Array], force: Samples) -> Array:
+    t, gravity = prepared.recorded.t, prepared.vehicle.gravity
+    by_imu = _push_by_imu(t, force, turned, gravity)
+    if not prepared.quiet:
+        return by_imu
+    cut = prepared.kept.get("fastest push", None, partial(fastest, t, push, by_imu))
+    return _push_by_imu(t, quieted(force, cut), turned, gravity)
 
 
 def _turn(t: Array, attitude: Samples) -> Array:

@@ -73,9 +73,8 @@ class Model:
         prepared.kept.get("channels", self.key, lambda: self._check_channels(prepared.flight))
         law, imu = prepared.as_logged(self.actuator_law, self.imu_law)
         frame, air = self.body_law, self.air_law
-        imu_key, others = self._key("imu"), self._flown
         found = [
-            self._segment(prepared, s, prepared.along(s, imu, law, air, imu_key, others), imu, frame)
+            self._segment(prepared, s, prepared.along(s, imu, law, air, self._flown), imu, law, frame)
             for s in prepared.segments(imu, law)
         ]
         rows = [np.concatenate([*(f[i][:-1] for f in found[:-1]), found[-1][i]]) for i in range(len(found[0]))]
@@ -88,7 +87,7 @@ class Model:
             turn_mean,
             prepared.kept.get("covered", (imu.delay, law.clocks), lambda: self._covered(prepared, imu, law)),
             prepared.kept.get("testable", None, lambda: self.testable(prepared.flight)),
-            prepared.kept.get("kinematics", imu_key, lambda: kinematics(prepared, imu)),
+            kinematics(prepared, imu),
         )
 
     def testable(self, flight: Flight) -> dict[str, str | None]:
@@ -163,14 +162,17 @@ class Model:
             self._by_hook[hook] = [e for e in self._acting if overrides(e, hook)]
         return self._by_hook[hook]
 
-    def _segment(self, prepared: Prepared, segment: Segment, along: Along, imu: ImuLaw, frame: BodyLaw):
+    def _segment(
+        self, prepared: Prepared, segment: Segment, along: Along, imu: ImuLaw, law: ActuatorLaw, frame: BodyLaw
+    ):
         """Specific force, its mean, angular acceleration, its mean at the segment's rows, each (rows, 3)."""
         line, kept = segment.line, prepared.kept_of_segments
-        base_key = (self._flown, self._key("imu"))
+        base_key = (self._flown, imu.of_rates, law.clocks)
         thrust_key = (base_key, self._key("thrust_factor", "thrust_loss", "reaction_factor"))
         thrust, total = kept.get(f"thrust {segment.start}", thrust_key, lambda: self._thrust(along, prepared))
         along = copy.copy(along)
         object.__setattr__(along, "thrust", thrust)
+        object.__setattr__(along, "of_flight", partial(prepared.of_flight, imu))
         total = total.copy()
         for number, effect in enumerate(self._with("wrench") + self._with("rotor_force")):
             # Several effects of one name, of one rotor each, have a place each: one does not push out the others.

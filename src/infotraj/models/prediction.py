@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass
 
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ class Kinematics:
     over the step); turn_by_imu: the same from the measured rates, corrected by the model's measurement effects.
     push (n, 3): recorded change of velocity over the step (m/s^2, world); push_by_imu: the same from the measured
     specific force, corrected, and gravity. None where a channel is missing or derived: `reasons` says which, by name.
+    made_of: by name, what tells the IMU's side from that of another model.
     """
 
     turn: Array | None
@@ -26,6 +28,7 @@ class Kinematics:
     push: Array | None
     push_by_imu: Array | None
     reasons: dict[str, str]
+    made_of: dict[str, Hashable]
 
 
 @dataclass(frozen=True)

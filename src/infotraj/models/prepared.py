@@ -94,23 +94,20 @@ class Prepared:
             "segments", (imu.delay, imu.lag, law.clocks), lambda: self._segments(imu, law.delay + law.late)
         )
 
-    def along(
-        self, segment: Segment, imu: ImuLaw, law: ActuatorLaw, air: AirLaw, imu_key: Hashable, others: Hashable
-    ) -> Along:
+    def along(self, segment: Segment, imu: ImuLaw, law: ActuatorLaw, air: AirLaw, others: Hashable) -> Along:
         """Motion, actuators and air at the segment's instants; `others` is the key of the laws beside the IMU's."""
 
         def make() -> Along:
             time, instants = segment.line.time, (imu.delay, imu.lag > 0.0, law.clocks)
             pose = self.kept_of_segments.get(f"pose {segment.start}", instants, lambda: self._pose(time))
             attitude, height, velocity, battery = pose
-            stage, key = f"turning {segment.start}", (imu_key, instants)
+            stage, key = f"turning {segment.start}", (imu.of_rates, instants)
             turning = self.kept_of_segments.get(stage, key, lambda: self._turning(imu, time))
             motion = Motion(time - self.start, attitude, height, velocity, turning, battery)
             actuators = self._actuators(segment, imu, law)
-            of_flight = lambda key, fn: self._of_flight(key, imu, imu_key, fn)  # noqa: E731
-            return Along(self.vehicle, motion, actuators, of_flight, air=air)
+            return Along(self.vehicle, motion, actuators, air=air)
 
-        return self.kept_of_segments.get(f"along {segment.start}", (imu_key, others), make)
+        return self.kept_of_segments.get(f"along {segment.start}", (imu.of_rates, law.clocks, others), make)
 
     def _pose(self, time: Array) -> tuple[Array | None, ...]:
         """Attitude, height, velocity in body axes and voltage at `time` (N,) s of the flight's clock."""
@@ -135,12 +132,11 @@ class Prepared:
         rate = self.recorded.rate
         if rate is None or rate.derived:
             return rate
-        key = (imu.delay, imu.lag, imu.rate_bias.tobytes(), imu.rotation.tobytes())
 
         def turned() -> Samples:
             return Samples(rate.times - imu.delay, (self._before_lag("rate", rate, imu) - imu.rate_bias) @ imu.rotation)
 
-        return self.kept.get("true rate", key, turned)
+        return self.kept.get("true rate", imu.of_rates, turned)
 
     def _turning(self, imu: ImuLaw, time: Array) -> Array | None:
         """The body's rates (N, 3) at `time` (N,), where they are known."""
@@ -171,13 +167,15 @@ class Prepared:
         """The specific force of the body's origin in world axes, sample by sample; from the velocity where needed."""
         return origin_path(self.vehicle, self.recorded, self.true_specific_force(imu), self.start)
 
-    def _of_flight(self, key: Hashable, imu: ImuLaw, imu_key: Hashable, make: Callable[[OriginPath], T]) -> T:
+    def of_flight(self, imu: ImuLaw, key: Hashable, make: Callable[[OriginPath], T]) -> T:
+        """What follows from the path of the whole flight, made once for this key and IMU."""
+
         def made() -> T:
-            path = self.kept.get("path", imu_key, lambda: self.origin_path(imu))
+            path = self.kept.get("path", imu.of_force, lambda: self.origin_path(imu))
             assert path is not None  # an effect that asks for it needs the channels that it is made of
             return make(path)
 
-        return self.kept.get("of flight", (key, imu_key), made)
+        return self.kept.get("of flight", (key, imu.of_force), made)
 
     def _segments(self, imu: ImuLaw, command_delay: float) -> list[Segment]:
         t = self.recorded.t - imu.delay

@@ -289,7 +289,7 @@ def _of_imu(samples: FlightSamples, c: Channel, of: Kinematics, recorded: Array,
     """What was recorded minus what the IMU says; the same array while these are, whatever else a model changes."""
     t, kept = samples.prepared.recorded.t, samples.prepared.kept
     made = kept.get(f"recorded {c.name} of samples", None, lambda: _steps(t, recorded, c))
-    return kept.get(f"{c.name} left", of, lambda: made - _steps(t, by_imu, c))
+    return kept.get(f"{c.name} left", of.made_of[c.name], lambda: made - _steps(t, by_imu, c))
 
 
 _RESIDUALS = {"force": _force, "velocity": _velocity, "rate": _rate, "turn": _turn, "push": _push}
