@@ -62,7 +62,7 @@ def test_a_vehicle_that_is_heavier_than_its_file_has_less_thrust_over_mass_and_s
 
     def factor(*theta):
         made = SimpleNamespace(linear=linear, labels=(), solution=SimpleNamespace(theta=np.array(theta)))
-        (found,) = numbers.thrust_over_mass(made, Scales(1.0))
+        (found,) = numbers.thrust_over_mass(made, scales=Scales(1.0))
         return found.value
 
     assert factor(0.5, 0.0, 0.0) == pytest.approx(np.exp(-0.05))

@@ -41,12 +41,12 @@ def made_of(monkeypatch, thetas, deviation, spike=0.3, **changed):
     linear = SimpleNamespace(columns=columns, observation=observation, spike=lambda _: np.full(len(columns), spike))
     solution = SimpleNamespace(theta=np.array([x for *_, x in thetas]))
     monkeypatch.setattr(numbers, "overdispersion", lambda _: (1.0, deviation**2 * np.eye(len(columns))))
-    return SimpleNamespace(linear=linear, solution=solution, scales=None, labels=(), **changed)
+    return SimpleNamespace(**{"linear": linear, "solution": solution, "scales": None, "labels": (), **changed})
 
 
 def test_a_number_of_the_file_is_told_in_its_unit_with_its_error(monkeypatch):
     """Five usual sizes of a twentieth of the mass, as a logarithm; thrust of one rotor by its own coefficient; 4 ms."""
-    monkeypatch.setattr(numbers, "thrust_over_mass", lambda made: [])
+    monkeypatch.setattr(numbers, "thrust_over_mass", lambda made, named: [])
     monkeypatch.setattr(numbers, "_takes_half", lambda made, along: True)
     asked = [
         (candidate("mass_offset"), 0, 5.0),
@@ -73,7 +73,7 @@ def test_a_number_of_the_file_is_told_in_its_unit_with_its_error(monkeypatch):
 
 
 def test_a_number_is_told_where_it_is_three_standard_errors_off(monkeypatch):
-    monkeypatch.setattr(numbers, "thrust_over_mass", lambda made: [])
+    monkeypatch.setattr(numbers, "thrust_over_mass", lambda made, named: [])
     asked = [(candidate("mass_offset"), 0, 0.29), (candidate("com_offset"), 0, -0.31)]
     found = file_numbers(made_of(monkeypatch, asked, 0.1), ())
     assert [n.name for n in found] == ["center_of_mass.x"]
@@ -139,13 +139,24 @@ def test_half_of_an_error_goes_where_three_quarters_of_its_square_do(size, half)
 def test_thrust_over_mass_is_told_with_the_error_of_a_factor(monkeypatch):
     rotors = [(candidate("rotor_effectiveness", rotor=i), 0, -0.8) for i in range(4)]
     made = made_of(monkeypatch, [*rotors, (candidate("mass_offset"), 0, 1.0)], 0.04)
-    (found,) = thrust_over_mass(made, Scales(1.0))
+    (found,) = thrust_over_mass(made, scales=Scales(1.0))
     factor = np.exp(-0.8 * 0.15 - 0.05)
     assert found.value == pytest.approx(factor)
     # A mean of four rotors' errors, and that of the mass.
     assert found.standard_error == pytest.approx(factor * 0.04 * np.hypot(0.15 / 2.0, 0.05))
     assert not found.ordinary
-    assert thrust_over_mass(made_of(monkeypatch, [*rotors[:1]], 0.3), Scales(1.0)) == []
+    assert thrust_over_mass(made_of(monkeypatch, [*rotors[:1]], 0.3), scales=Scales(1.0)) == []
+
+
+def test_thrust_that_is_in_the_set_without_a_name_is_told_as_the_file_s(monkeypatch):
+    """Else a fifth of the thrust would be told nowhere. A name says it once, and pairs' losses are no part of a sum."""
+    asked = [(candidate("thrust_scale"), 0, -1.0), (candidate("mass_offset"), 0, 0.5)]
+    made = made_of(monkeypatch, asked, 0.04, labels=("thrust_scale",))
+    (found,) = thrust_over_mass(made, (), Scales(1.0))
+    assert found.value == pytest.approx(np.exp(-1.0 * 0.1 - 0.5 * 0.05))
+    assert thrust_over_mass(made, {"thrust_scale"}, Scales(1.0)) == thrust_over_mass(made, scales=Scales(1.0)) == []
+    lost = made_of(monkeypatch, asked, 0.04, labels=("coaxial_loss",))
+    assert thrust_over_mass(lost, (), Scales(1.0)) == []
 
 
 def evidence_of(**falls):
@@ -155,7 +166,7 @@ def evidence_of(**falls):
 def with_ratio(monkeypatch, falls, out_of_line=True, beside=("thrust_scale", "com_offset")):
     """Findings where each label corrects thrust over mass with these falls; what is left beside the named ones."""
     monkeypatch.setattr(ratio, "evidence", lambda fit, label, rng: evidence_of(**falls[label]))
-    monkeypatch.setattr(ratio, "out_of_line", lambda told: out_of_line)
+    monkeypatch.setattr(ratio, "out_of_line", lambda told, named: out_of_line)
     monkeypatch.setattr(ratio, "fitted_numbers", lambda fit: [{"factor": 0.1}])
     monkeypatch.setattr(ratio, "values_of", lambda member: {"factor": 0.8})
 
@@ -192,7 +203,7 @@ def test_a_ratio_is_no_finding_where_it_is_in_line_or_takes_less_than_half_of_an
 def test_rotors_that_are_off_by_themselves_make_less_of_a_ratio_than_all_alike(monkeypatch, theta, ordinary):
     """A file's rotors differ by 0.3 usual sizes of 0.15 each, their mean by half of that: three of it are ordinary."""
     rotors = [(candidate("rotor_effectiveness", rotor=i), 0, theta) for i in range(4)]
-    (found,) = thrust_over_mass(made_of(monkeypatch, rotors, 0.01), Scales(1.0))
+    (found,) = thrust_over_mass(made_of(monkeypatch, rotors, 0.01), scales=Scales(1.0))
     assert (abs(theta) * 0.15 < 3.0 * 0.3 * 0.15 / 2.0) == ordinary == found.ordinary
 
 

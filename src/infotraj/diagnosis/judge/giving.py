@@ -76,7 +76,7 @@ def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
         made = next(iter(of_ratio.values()), made)
         at_bound = beyond_bounds(made.members, observation.vehicle)
         ratio = next(iter(of_ratio), None)
-        asked = [*labels, ratio] if ratio and out_of_line(whole) else labels
+        asked = [*labels, ratio] if ratio and out_of_line(whole, {x.split()[0] for x in labels}) else labels
         reached("the file's numbers")
         corrected = _corrected(search, whole, made, asked)
         beside = (ratio,) if ratio and (corrected is None or ratio in asked) else ()

@@ -81,7 +81,7 @@ def file_numbers(made: Fit, named: Container[str]) -> tuple[FileNumber, ...]:
     vehicle = made.linear.observation.vehicle
     if made.linear.observation.healthy is not None:
         return ()
-    out = thrust_over_mass(made)
+    out = thrust_over_mass(made, named)
     for c, theta, deviation, spike in _off(made, named):
         rotor = dict(c.candidate.fixed).get("rotor", 0)
         name, declared, per = c.candidate.cls.in_the_file(vehicle, c.place, rotor)
@@ -135,24 +135,29 @@ def _unit(candidate: Candidate, parameter: str, name: str) -> str:
     return "" if unit == "-" else unit
 
 
-def thrust_over_mass(made: Fit, scales: Scales | None = None) -> list[FileNumber]:
+def thrust_over_mass(made: Fit, named: Container[str] | None = None, scales: Scales | None = None) -> list[FileNumber]:
     """By which factor the thrust of all rotors over the mass is off, where flights show it; none where a name says it.
 
     Accelerations tell the ratio, and hardly ever which of the two is off: each alone may be within its error.
+    named: effects that are named, those of the fit where not given: what is in the fit and not named is told here.
     scales: how far the file is off, to judge it by; as it was found to be where not given.
     """
     linear = made.linear
     vehicle = linear.observation.vehicle
-    labels = set(made.labels)
-    if {x.split()[0] for x in labels} & OF_THRUST_OVER_MASS or not vehicle.mass:
+    inside = {x.split()[0] for x in made.labels}
+    said = inside if named is None else {x for x in inside if x in named}
+    # What pairs of rotors lose is no part of a sum.
+    if said & OF_THRUST_OVER_MASS or "coaxial_loss" in inside or not vehicle.mass:
         return []
     spike, covariance = linear.spike(scales or made.scales), overdispersion(made)[1]
     weight = np.zeros(len(linear.columns))
     for i, c in enumerate(linear.columns):
         name = c.candidate.name
-        if c.candidate.label in labels:
+        if c.candidate.label in made.labels and name in said:
             continue
-        if name == "rotor_effectiveness" and spike[i] > 0:
+        if name == "thrust_scale" and name in inside:
+            weight[i] = c.scale
+        elif name == "rotor_effectiveness" and spike[i] > 0:
             weight[i] = c.scale / len(vehicle.rotors)
         elif name == "mass_offset" and spike[i] > 0:
             weight[i] = -c.scale / vehicle.mass
@@ -166,6 +171,7 @@ def thrust_over_mass(made: Fit, scales: Scales | None = None) -> list[FileNumber
     return [FileNumber(THRUST_OVER_MASS, 1.0, factor, error * factor, ordinary, large=large)]
 
 
-def out_of_line(made: Fit) -> bool:
-    """Whether thrust over mass is further off than in files that are off by ten percent."""
-    return any(not n.ordinary for n in thrust_over_mass(made, Scales(max(SCALES))))
+def out_of_line(made: Fit, named: Container[str]) -> bool:
+    """Whether thrust over mass, of which no effect in `named` says it, is further off than in files that are off by ten
+    percent."""
+    return any(not n.ordinary for n in thrust_over_mass(made, named, scales=Scales(max(SCALES))))

@@ -30,7 +30,8 @@ def with_ratio(
     told: the set of what is needed, beside a file that is free to be wrong.
     """
     best = next(iter(made.of_ratio), "")
-    if best not in made.beside or not out_of_line(told):
+    named = {f.name for f in findings if f.verdict in ("Supported", "Not separable")}
+    if best not in made.beside or not out_of_line(told, named):
         return findings, made
     falls = {x: evidence(fit, x, rng) for x, fit in made.of_ratio.items()}
     axis = max(falls[best].falls, key=lambda a: falls[best].falls[a], default="")
