@@ -13,6 +13,7 @@ from infotraj.diagnosis.gates.refusal import axis_group
 from infotraj.diagnosis.judge.giving import WORSE
 from infotraj.diagnosis.judge.numbers import FileNumber
 from infotraj.diagnosis.judge.verdicts import Finding
+from infotraj.diagnosis.report.added_load import added_load
 from infotraj.diagnosis.report.reasons import about_takes, axis_in_words, why
 from infotraj.diagnosis.report.vehicle_file import ONE_FINDING, by_ratio
 from infotraj.effects import Effect, labels_in_words
@@ -35,6 +36,7 @@ def as_dict(found: Diagnosis) -> dict[str, Any]:
         "effects": [_effect(f, found.healthy_numbers(f)) for f in found.findings],
         "corrected": [{"name": e.name, "parameters": v, "standard_errors": s} for e, v, s in _corrected(found)],
         "reference": _reference(found),
+        "load": None if (load := added_load(found)) is None else load.as_dict(),
         "error": {
             "before": _axes(found.before.rmse),
             "after": _axes(found.after.rmse),
@@ -225,6 +227,9 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
             number = f"{_short(n.value)} +- {_short(n.standard_error)}{f' {n.unit}' if n.unit else ''}"
             number += f", not {_short(n.declared)}" + ("" if n.ordinary else "; out of line with the rest of the file")
             lines.append(f"    {n.name}: {number} ({ONE_FINDING})" if part else f"  {n.name}: {number}")
+    load = added_load(found)
+    if load is not None:
+        lines.append(load.sentence())
     beside = ", beside what is named" if found.supported else "; nothing is named"
     corrected = _corrected(found)
     if len(corrected) == 1:
