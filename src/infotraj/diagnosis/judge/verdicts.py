@@ -10,6 +10,7 @@ import numpy as np
 
 from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.judge.evidence import Evidence, evidence_of_absent, left_by_set
+from infotraj.diagnosis.judge.giving import WORSE
 from infotraj.diagnosis.judge.groups import Rival, rivals
 from infotraj.diagnosis.judge.needed import SURE, Judged
 from infotraj.diagnosis.judge.numbers import fitted_numbers, values_of
@@ -143,6 +144,11 @@ class Judge:
         # Physics without a name is there in every second: what resembles it a little is sure, and predicts little.
         if not j.needed:
             return "Plausible", _little(e)
+        if e.won < np.log(WORSE):
+            return (
+                "Plausible",
+                "without it the others spoil what it takes off: the model as given predicts that as well",
+            )
         # A clock is no further off where the file is: what takes half of an error off with it is named.
         declared = j.member.candidate.cls.declared
         of_log = declared is not None and declared.kind in OF_THE_LOG
