@@ -144,7 +144,8 @@ class Judge:
         # Physics without a name is there in every second: what resembles it a little is sure, and predicts little.
         if not j.needed:
             return "Plausible", _little(e)
-        if e.won < np.log(WORSE):
+        # How a load swings is found anew on each flight, so that it may follow what others spoil there.
+        if j.member.candidate.cls.states and e.won < np.log(WORSE):
             return (
                 "Plausible",
                 "without it the others spoil what it takes off: the model as given predicts that as well",
