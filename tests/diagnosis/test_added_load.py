@@ -7,20 +7,24 @@ import pytest
 from infotraj.diagnosis.report.added_load import added_load
 
 
-def found(dm, r, *, verdicts=("Supported", "Supported"), file=1.0, healthy=None, nominal=(0.0, 0.0, 0.0), sure=0.001):
+def found(
+    dm, r, *, verdicts=("Supported", "Supported"), file=1.0, healthy=None, nominal=(0.0, 0.0, 0.0), sure=0.001, still=()
+):
     """A diagnosis of a vehicle of 1 kg that has these changes; healthy: the numbers of the healthy flights."""
     mass = SimpleNamespace(
         name="mass_offset", verdict=verdicts[0], parameters={"dm": dm}, standard_errors={"dm": sure},
         group=("mass_offset",) if verdicts[0] == "Supported" else ("thrust_scale", "mass_offset"),
     )  # fmt: skip
     centre = SimpleNamespace(
-        name="com_offset", verdict=verdicts[1], parameters={"r": r}, standard_errors={"r": [0.001, 0.001, 0.002]}
-    )
+        name="com_offset", verdict=verdicts[1], parameters={"r": r}, standard_errors={"r": [0.001, 0.001, 0.002]},
+        group=("com_offset",) if verdicts[1] == "Supported" else ("rotor_effectiveness", "com_offset"),
+    )  # fmt: skip
     vehicle = SimpleNamespace(mass=1.0, center_of_mass=nominal)
     return SimpleNamespace(
         findings=(mass, centre), healthy=healthy, model=SimpleNamespace(vehicle=vehicle),
         whole=SimpleNamespace(scales=SimpleNamespace(common=file)),
-        healthy_numbers=lambda f: None if healthy is None else {"parameters": healthy[f.name]},
+        search=SimpleNamespace(observation=SimpleNamespace(still=frozenset(still))),
+        healthy_numbers=lambda f: {"parameters": healthy[f.name]} if f.name in (healthy or {}) else None,
     )  # fmt: skip
 
 
@@ -58,11 +62,21 @@ def test_a_part_that_is_gone_was_where_the_centre_moved_away_from():
 def test_what_may_be_thrust_is_a_load_only_if_it_is_mass():
     load = added_load(found(0.25, [0.02, 0.0, 0.0], verdicts=("Not separable", "Supported")))
     assert ", if it is no thrust_scale: a load" in load.sentence()
+    assert load.as_dict()["or_else"] == ["thrust_scale"]
+    both = added_load(found(0.25, [0.02, 0.0, 0.0], verdicts=("Not separable", "Not separable")))
+    assert ", if it is no thrust_scale or rotor_effectiveness: a load" in both.sentence()
 
 
 @pytest.mark.parametrize(
     "without",
-    [{"verdicts": ("Plausible", "Supported")}, {"verdicts": ("Supported", "Not needed")}, {"file": 3.0}, {"sure": 0.1}],
+    [
+        {"verdicts": ("Plausible", "Supported")},
+        {"verdicts": ("Supported", "Not needed")},
+        {"file": 3.0},
+        {"sure": 0.1},
+        {"still": [("com_offset", 2)]},
+        {"healthy": {"mass_offset": {"dm": 0.1}}},
+    ],
 )
-def test_there_is_no_load_where_a_change_is_not_named_or_sure_or_the_file_is_wrong(without):
+def test_there_is_no_load_where_a_change_is_not_named_or_sure_or_not_all_of_it_is_known(without):
     assert added_load(found(0.25, [0.02, 0.0, 0.0], **without)) is None

@@ -101,6 +101,16 @@ def test_torques_that_hold_against_the_air_are_those_of_the_commands_where_the_f
     assert set(doubt.axes) >= {"tx", "ty"}
 
 
+def test_a_fast_torque_that_is_the_opposite_is_none_that_comes_half_a_period_later():
+    made, noise = signals()
+    shaken = np.stack([waves(0.45, 7.0), waves(0.5, 7.3)], axis=1)
+    measured, wrong = made.copy(), made.copy()
+    measured[:, 3:5], wrong[:, 3:5] = shaken, -shaken
+    assert found(measured + noise, measured) == []
+    (doubt,) = found(measured + noise, wrong)
+    assert set(doubt.axes) >= {"tx", "ty"}
+
+
 def test_a_prediction_far_smaller_than_what_is_measured_does_not_claim_to_explain_it():
     """Unless that is so on most axes that are loud."""
     made, noise = signals()

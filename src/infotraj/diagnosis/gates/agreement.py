@@ -56,7 +56,9 @@ def contradictions(errors: Sequence[EquationError], vehicle: Vehicle) -> list[Do
         if fits < LEAST and axis[0] == "t":
             # At speed the rotors' torques hold against the air's: what is left of them turns the vehicle, and fast.
             fast = [p for e in errors if (p := _even(e, i, step, drift=_AT_ONCE)) is not None]
-            fits = max(fits, *(_correlation(fast, round(x / step)) for x in np.arange(*_HARDLY_LATE, step)))
+            at_once = [_correlation(fast, round(x / step)) for x in np.arange(*_HARDLY_LATE, step)]
+            # The opposite agrees half a period later.
+            fits = max(fits, *at_once) if max(at_once) > -min(at_once) else fits
         if fits < LEAST and axis[0] == "t" and not vehicle.tilts:
             beside = [
                 _beside_thrust(p, thrust)

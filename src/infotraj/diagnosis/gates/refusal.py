@@ -14,7 +14,7 @@ from infotraj.flight import Flight
 from infotraj.models import Model
 from infotraj.rotations import Array
 
-LEAST_EXPLAINED = 0.1  # of the variance of the measured side: below it the prediction is no explanation
+LEAST_EXPLAINED = 0.1  # of what was measured (a torque's variance, a force's square): less is no explanation
 HALF_EXPLAINED = 0.5  # the same where healthy flights tell what is usual: the rest may differ by chance
 _ABOVE_FLOOR = 3.0  # an error that near the floor is small, whatever it explains
 

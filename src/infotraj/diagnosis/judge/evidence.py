@@ -94,7 +94,8 @@ def shared(whole: Fit, found: Mapping[str, Evidence]) -> dict[str, Evidence]:
     without, kept = _Left.of(whole, whole.scorer.beside((), each, mine)), _Left.of(whole, each)
     own = acts(linear.absent, mine, whole.solution.theta, kept.believed)
     falls = np.where(own, np.maximum(_falls(without, kept), 0.0), 0.0)
-    as_given = np.tile(linear.scorer(Scales(0.0), whole.held).given, (len(each), 1))
+    held = [m for m in linear.point if m.held] if whole.held is None else whole.held
+    as_given = np.tile(linear.scorer(Scales(0.0), held).given, (len(each), 1))
     plain = [np.maximum(linear.absent.plain_error(x), 1e-300) for x in (as_given, each)]
     on_given = np.maximum(0.5 * np.log(plain[0] / plain[1]), 0.0)
     alone = {a: sum(max(e.falls.get(a, 0.0), 0.0) for e in found.values()) for a in linear.sums.axes}

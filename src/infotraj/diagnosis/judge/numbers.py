@@ -172,6 +172,6 @@ def thrust_over_mass(made: Fit, named: Container[str] | None = None, scales: Sca
 
 
 def out_of_line(made: Fit, named: Container[str]) -> bool:
-    """Whether thrust over mass, of which no effect in `named` says it, is further off than in files that are off by ten
-    percent."""
+    """Whether thrust over mass, which no effect of the set in `named` says, is further off than in files that are off
+    by ten percent."""
     return any(not n.ordinary for n in thrust_over_mass(made, named, scales=Scales(max(SCALES))))

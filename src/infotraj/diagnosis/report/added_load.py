@@ -18,7 +18,8 @@ _RIGHT = 1.0  # times 1 %: beside a file that is further off, a load is not told
 @dataclass(frozen=True)
 class AddedLoad:
     """mass: kg, below zero of a part that is gone, and its standard error. place (3,): m, its centre of mass from the
-    body's origin in body axes, and standard errors (3,). or_else: names that the flights do not tell from the mass."""
+    body's origin in body axes, and standard errors (3,). or_else: names that the flights do not tell from a change of
+    the mass or of its centre."""
 
     mass: float
     mass_error: float
@@ -33,6 +34,7 @@ class AddedLoad:
             "mass_error": self.mass_error,
             "place": self.place.tolist(),
             "place_errors": self.place_errors.tolist(),
+            "or_else": list(self.or_else),
         }
 
     def sentence(self) -> str:
@@ -47,7 +49,8 @@ class AddedLoad:
 
 
 def added_load(found: Diagnosis) -> AddedLoad | None:
-    """The load, where both changes are named; None where one is not, the mass is not sure, or the file is wrong.
+    """The load, where both changes are named; None where one is not, the mass is not sure, the file is wrong, or a
+    coordinate of the centre stayed absent.
 
     First moments add up: m c = m0 c0 + dm r, with the mass m and the centre c after the change, m0 and c0 before it.
     Errors of mass and centre are taken as independent.
@@ -60,12 +63,14 @@ def added_load(found: Diagnosis) -> AddedLoad | None:
         return None
     if found.healthy is None and found.whole.scales.common > _RIGHT:
         return None
-    before = [found.healthy_numbers(f) for f in (mass, centre)]
-    dm0, shift0 = (
-        (0.0, np.zeros(3))
-        if before[0] is None or before[1] is None
-        else (before[0]["parameters"]["dm"], np.array(before[1]["parameters"]["r"]))
-    )
+    if any(label == centre.name for label, _ in found.search.observation.still):
+        return None
+    dm0, shift0 = 0.0, np.zeros(3)
+    if found.healthy is not None:
+        before = [found.healthy_numbers(f) for f in (mass, centre)]
+        if before[0] is None or before[1] is None:
+            return None
+        dm0, shift0 = before[0]["parameters"]["dm"], np.array(before[1]["parameters"]["r"])
     more, sure = mass.parameters["dm"] - dm0, mass.standard_errors["dm"]
     if not abs(more) > _SURE * sure:
         return None
@@ -73,4 +78,5 @@ def added_load(found: Diagnosis) -> AddedLoad | None:
     c = np.array(vehicle.center_of_mass) + np.array(centre.parameters["r"])
     place = ((m0 + more) * c - m0 * c0) / more
     errors = np.hypot((m0 + more) / more * np.array(centre.standard_errors["r"]), (c - place) / more * sure)
-    return AddedLoad(float(more), float(sure), place, errors, tuple(n for n in mass.group if n != mass.name))
+    or_else = dict.fromkeys(n for f in (mass, centre) for n in f.group if n not in (mass.name, centre.name))
+    return AddedLoad(float(more), float(sure), place, errors, tuple(or_else))
