@@ -155,6 +155,7 @@ def test_thrust_that_is_in_the_set_without_a_name_is_told_as_the_file_s(monkeypa
     (found,) = thrust_over_mass(made, (), Scales(1.0))
     assert found.value == pytest.approx(np.exp(-1.0 * 0.1 - 0.5 * 0.05))
     assert thrust_over_mass(made, {"thrust_scale"}, Scales(1.0)) == thrust_over_mass(made, scales=Scales(1.0)) == []
+    assert thrust_over_mass(made, {"mass_offset"}, Scales(1.0)) == []  # one of a group, which stands for the other
     lost = made_of(monkeypatch, asked, 0.04, labels=("coaxial_loss",))
     assert thrust_over_mass(lost, (), Scales(1.0)) == []
 

@@ -145,7 +145,7 @@ def thrust_over_mass(made: Fit, named: Container[str] | None = None, scales: Sca
     linear = made.linear
     vehicle = linear.observation.vehicle
     inside = {x.split()[0] for x in made.labels}
-    said = inside if named is None else {x for x in inside if x in named}
+    said = {x for x in inside | OF_THRUST_OVER_MASS if x in (inside if named is None else named)}
     # What pairs of rotors lose is no part of a sum.
     if said & OF_THRUST_OVER_MASS or "coaxial_loss" in inside or not vehicle.mass:
         return []
