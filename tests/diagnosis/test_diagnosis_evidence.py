@@ -22,8 +22,6 @@ from infotraj.diagnosis.judge.evidence import (
     shared,
     translated,
 )
-from infotraj.diagnosis.select.fit import Fit
-from infotraj.diagnosis.select.prior import Scales
 
 NAMES = ["linear_drag", "quadratic_drag"]
 RNG = np.random.default_rng(0)
@@ -188,30 +186,6 @@ def test_together_effects_claim_no_more_than_the_set_takes_off():
     assert gains(whole, {"fx": gain}, {"fx": -5.0}) == pytest.approx([gain, -5.0], abs=0.06)
     assert gains(whole, {"fx": 0.1}, {"fx": 0.1}) == [0.1, 0.1]
     assert gains(whole, {"fx": -1.0}) == [-1.0]
-
-
-@pytest.mark.parametrize(("there", "won"), [(0.0, 0.0), (-1.0, 0.5 * np.log(2.0))])
-def test_what_takes_off_what_others_put_on_has_won_nothing(there, won):
-    """A number of the file that fz needs moves fx as well, by as much as the noise, and the effect undoes that.
-
-    Without the effect the error on fx is the root of two of the noise; with the model as given it is the noise, or as
-    large as without the effect.
-    """
-
-    def rows(rng, _):
-        noise, column = rng.standard_normal((2, 2, ROWS))
-        column[0], other = column[1], column[1] * 10.0
-        fx = np.stack([noise[0] + there * column[0], -column[0], column[0] * (1.0 + there)], axis=1)
-        return np.concatenate([fx, np.stack([noise[1] + other, 0.0 * other, other], axis=1)])
-
-    _, whole = linear_fit(["linear_drag", "mass_offset"], rows, [], axes=("fx", "fz"))
-    scales = Scales(9.0)
-    whole = Fit(whole.linear, (0,), scales, whole.linear.scorer(scales).solution((0,)))
-    assert whole.solution.theta == pytest.approx([1.0, 1.0], abs=0.1)
-    gain = 0.5 * np.log(2.0)
-    (found,) = shared(whole, claims({"fx": gain})).values()
-    assert found.gain == pytest.approx(gain, abs=0.05)
-    assert found.won == pytest.approx(won, abs=0.05)
 
 
 def test_what_effects_share_of_one_axis_takes_nothing_from_another():

@@ -55,15 +55,6 @@ def test_an_effect_is_named_where_it_matters_predicts_is_sure_and_keeps_its_form
     assert words in reason
 
 
-@pytest.mark.parametrize(("won", "verdict"), [(0.04, "Plausible"), (0.06, None)])
-def test_what_is_found_anew_on_each_flight_has_to_beat_the_model_as_given(won, verdict):
-    """A number that a wrong file had cancelled by chance has not: it is the same on every flight."""
-    found, reason = judge()._doubt(judged("suspended_load", won=won))
-    assert found == verdict
-    assert ("the model as given predicts that as well" in reason) == (verdict is not None)
-    assert judge()._doubt(judged("battery_sag", won=won)) == (None, "")
-
-
 def test_a_clock_that_takes_half_of_an_error_is_named_as_soon_as_it_is_likely():
     def doubt(name, **changed):
         return judge()._doubt(judged(name, **changed))[0]

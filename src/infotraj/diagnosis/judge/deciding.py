@@ -60,15 +60,15 @@ class Asked:
 
     def judged(self, told: Fit, judged: Sequence[Judged]) -> tuple[tuple[Finding, ...], dict[str, Rival]]:
         """Findings of a set, and rivals that stand for a group."""
-        left, coherent = self.left(told), self._coherence(told)
+        left, coherent = self.left(told), self._coherence(told, judged)
         judge = Judge(self.search, told, judged, self.order, left, self.refused, self.matters, self.rng, coherent)
         return judge.findings(self.hidden)
 
-    def _coherence(self, told: Fit) -> Array | None:
-        """Share (6,) of the measured forces and torques that goes with a set's prediction; None against healthy
-        flights."""
-        o = self.search.observation
-        if o.healthy is not None or not self.search.known:
+    def _coherence(self, told: Fit, judged: Sequence[Judged]) -> Array | None:
+        """Share (6,) of the measured forces and torques that goes with a set's prediction; None where no moment of
+        inertia is judged, and against healthy flights."""
+        o, kinds = self.search.observation, {d.kind for j in judged if (d := j.member.candidate.cls.declared)}
+        if o.healthy is not None or "inertia" not in kinds:
             return None
         made = refusal.compared(o.model(straight(told)), [s.flight for s in o.samples], self.start, self.stop)
         return refusal.coherence(made)

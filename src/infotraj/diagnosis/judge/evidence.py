@@ -29,8 +29,7 @@ class Evidence:
     falls; rise: by how much the error on the most affected axis rises without it, in units of the floor; by_axis: that
     of each axis; axis: the most affected one; falls: the logarithm by which the root mean square error (slow, weighed
     by coherence) of flights not fitted falls on each axis on which it acts; gain: their sum; probability: that it is
-    needed; form_error: share by which its size differs between parts of the flights; won: the gain that is also one on
-    the model as given (error not weighed), infinite where that was not asked.
+    needed; form_error: share by which its size differs between parts of the flights.
     """
 
     heldout_change: float
@@ -44,7 +43,6 @@ class Evidence:
     gain: float = 0.0
     probability: float = 0.0
     form_error: float = 0.0
-    won: float = np.inf
 
 
 def evidence(whole: Fit, label: str, rng: np.random.Generator, rest: Fit | None = None) -> Evidence:
@@ -87,26 +85,19 @@ def shared(whole: Fit, found: Mapping[str, Evidence]) -> dict[str, Evidence]:
 
     Where numbers make up for one another the model without one of them is worse than the model without any: what two
     claim together of an axis goes to each in proportion. What others make up for elsewhere is not an effect's doing.
-    And that model may be worse than the one that was given, where nothing is wrong: `won` is what is left against both.
     """
     linear, each = whole.linear, whole.solution.each
     mine = [i for i, c in enumerate(linear.columns) if c.candidate.label in whole.labels]
     without, kept = _Left.of(whole, whole.scorer.beside((), each, mine)), _Left.of(whole, each)
     own = acts(linear.absent, mine, whole.solution.theta, kept.believed)
-    falls = np.where(own, np.maximum(_falls(without, kept), 0.0), 0.0)
-    held = [m for m in linear.point if m.held] if whole.held is None else whole.held
-    as_given = np.tile(linear.scorer(Scales(0.0), held).given, (len(each), 1))
-    plain = [np.maximum(linear.absent.plain_error(x), 1e-300) for x in (as_given, each)]
-    on_given = np.maximum(0.5 * np.log(plain[0] / plain[1]), 0.0)
-    alone = {a: sum(max(e.falls.get(a, 0.0), 0.0) for e in found.values()) for a in linear.sums.axes}
-
-    def part(e: Evidence, together: Array) -> float:
-        of_axis = dict(zip(linear.sums.axes, map(float, together), strict=True))
-        share = {a: min(1.0, of_axis[a] / alone[a]) if alone[a] > 0.0 else 1.0 for a in e.falls}
-        return float(sum(share[a] * x if x > 0.0 else x for a, x in e.falls.items()))
-
+    together = dict(zip(linear.sums.axes, np.where(own, np.maximum(_falls(without, kept), 0.0), 0.0), strict=True))
+    share = {}
+    for axis, gain in together.items():
+        alone = sum(max(e.falls.get(axis, 0.0), 0.0) for e in found.values())
+        share[axis] = min(1.0, float(gain) / alone) if alone > 0.0 else 1.0
     return {
-        label: replace(e, gain=part(e, falls), won=part(e, np.minimum(falls, on_given))) for label, e in found.items()
+        label: replace(e, gain=float(sum(share[a] * x if x > 0.0 else x for a, x in e.falls.items())))
+        for label, e in found.items()
     }
 
 

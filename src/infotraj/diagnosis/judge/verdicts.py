@@ -10,7 +10,6 @@ import numpy as np
 
 from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.judge.evidence import Evidence, evidence_of_absent, left_by_set
-from infotraj.diagnosis.judge.giving import WORSE
 from infotraj.diagnosis.judge.groups import Rival, rivals
 from infotraj.diagnosis.judge.needed import SURE, Judged
 from infotraj.diagnosis.judge.numbers import fitted_numbers, values_of
@@ -53,7 +52,7 @@ _Alike = tuple[Member, dict[str, Any], Rival | None]  # a member of a group, its
 class Judge:
     """What verdicts are drawn from: the search, the set of effects that predict, all that was judged for it, names of
     the catalogue, structure that is left, axes on which nothing can be said; coherence (6,): share of the measured
-    forces and torques that goes with the set's prediction, None where flights are held against healthy ones."""
+    forces and torques that goes with the set's prediction, None where no moment of inertia is asked about."""
 
     search: Search
     whole: Fit
@@ -144,12 +143,6 @@ class Judge:
         # Physics without a name is there in every second: what resembles it a little is sure, and predicts little.
         if not j.needed:
             return "Plausible", _little(e)
-        # How a load swings is found anew on each flight, so that it may follow what others spoil there.
-        if j.member.candidate.cls.states and e.won < np.log(WORSE):
-            return (
-                "Plausible",
-                "without it the others spoil what it takes off: the model as given predicts that as well",
-            )
         # A clock is no further off where the file is: what takes half of an error off with it is named.
         declared = j.member.candidate.cls.declared
         of_log = declared is not None and declared.kind in OF_THE_LOG
