@@ -15,8 +15,17 @@ for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUME
 os.environ.setdefault("MPLBACKEND", "Agg")
 os.environ["INFOTRAJ_CACHE"] = tempfile.mkdtemp(prefix="infotraj-tests-")
 
+import numpy as np  # noqa: E402 - after the number of its threads
+
 TOP = Path(__file__).parents[1]
 FLIGHTS = [f"examples/quad/flight_{k}.parquet" for k in range(3)]
+
+
+@pytest.fixture(autouse=True)
+def random_numbers(request):
+    """A module's `RNG` starts anew for each test: what a test draws does not depend on which tests ran before it."""
+    if hasattr(request.module, "RNG"):
+        request.module.RNG = np.random.default_rng(0)
 
 
 @pytest.fixture(scope="session")

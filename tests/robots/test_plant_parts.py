@@ -155,7 +155,8 @@ def test_gusts_push_in_body_axes():
 
 def test_noise_of_each_sensor_is_its_own():
     noise = Noise(position=0.1, attitude=0.2, rate=0.3, specific_force=0.4)
-    spread = [x.std() for x in (*noise.mocap(NONE, 4000), *noise.imu(NONE, 4000))]
+    rng = np.random.default_rng(0)
+    spread = [x.std() for x in (*noise.mocap(rng, 4000), *noise.imu(rng, 4000))]
     assert spread == pytest.approx([0.1, 0.2, 0.3, 0.4], rel=0.05)
     out = np.empty(4)
     turned(exp(np.array([0.3, 0.0, 0.0])), np.array([0.4, 0.0, 0.0]), out)
