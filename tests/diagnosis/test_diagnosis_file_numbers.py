@@ -72,6 +72,19 @@ def test_a_number_of_the_file_is_told_in_its_unit_with_its_error(monkeypatch):
     assert [n.large for n in (mass, rotor, lag, center)] == [False, False, True, False]
 
 
+def test_a_number_of_an_effect_that_is_not_named_says_why(monkeypatch):
+    """That of the file alone, of which the set holds no effect, has no such reason."""
+    monkeypatch.setattr(numbers, "thrust_over_mass", lambda made, named: [])
+    asked = [(candidate("inertia_error"), 2, 5.0), (candidate("com_offset"), 1, 0.8)]
+    made = made_of(monkeypatch, asked, 0.05, labels=("inertia_error",))
+    inertia, center = file_numbers(
+        made, (), {"inertia_error": "it may stand for more", "com_offset": "0 % of the error"}
+    )
+    assert (inertia.name, inertia.doubt) == ("inertia.zz", "it may stand for more")
+    assert center.doubt == ""
+    assert [n.doubt for n in file_numbers(made, ())] == ["", ""]
+
+
 def test_a_number_is_told_where_it_is_three_standard_errors_off(monkeypatch):
     monkeypatch.setattr(numbers, "thrust_over_mass", lambda made, named: [])
     asked = [(candidate("mass_offset"), 0, 0.29), (candidate("com_offset"), 0, -0.31)]

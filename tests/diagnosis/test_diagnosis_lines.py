@@ -77,6 +77,17 @@ def test_the_page_puts_the_parts_of_the_ratio_under_it(file, quad_report):
     assert page(content).count("one finding with the ratio above") == 2
 
 
+def test_the_page_says_once_why_numbers_of_the_file_are_in_doubt_and_which_load_is_told(quad_report):
+    content = json.loads(json.dumps(read_content(quad_report / "report.json")))
+    number = {"declared": 1.0, "value": 8.0, "standard_error": 0.1, "ordinary": False}
+    doubted = [number | {"name": f"inertia.{a}", "doubt": "only 26 % goes with it"} for a in ("xx", "zz")]
+    content["answer"] |= {"file": [*doubted, number | {"name": "mass", "doubt": None}], "load": None}
+    assert page(content).count("in doubt: only 26 % goes with it") == 1
+    assert "a load of 0.1" not in page(content)
+    content["answer"]["load"] = {"sentence": "mass and centre of mass together: a load of 0.1 kg"}
+    assert page(content).count("together: a load of 0.1 kg.") == 1
+
+
 def test_a_share_that_an_effect_takes_is_told_from_its_change(quad_report):
     reason = "it takes 0% of the error off flights that were not fitted"
     (line,) = about_takes([None, reason])

@@ -223,6 +223,8 @@ def diagnose(
     surer = final if healthy is None or not set(final.labels) <= set(told.labels) else told
     numbers = dict(zip((m.candidate.label for m in surer.members), fitted_numbers(surer), strict=True))
     errors = tuple(numbers.get(m.candidate.label, {}) for m in added) if chosen else ()
+    sure = {f.name for f in findings if f.verdict in CONFIDENT}
+    doubted = {f.name: f.reason for f in findings if f.verdict == "Plausible"}
     return Diagnosis(
         findings,
         supported,
@@ -234,7 +236,7 @@ def diagnose(
         after,
         after_model,
         errors,
-        file_numbers(told, {f.name for f in findings if f.verdict in CONFIDENT}) if search.known else (),
+        file_numbers(told, sure, doubted) if search.known else (),
         beyond_bounds(added, vehicle),
         search,
         told,

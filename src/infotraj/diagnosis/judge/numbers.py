@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator
+from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,7 +27,8 @@ _SEEN = 3.0  # standard errors by which a file number must be off to be told
 class FileNumber:
     """What one number of the vehicle file should say. ordinary: within what this file's numbers are off by; unit: of
     value, declared and error, empty where they have none; large: half of an axis' error of flights that were not fitted
-    goes with it, and it is thrust over mass or a lag: others may stand for one another."""
+    goes with it, and it is thrust over mass or a lag: others may stand for one another; doubt: why the effect that says
+    it is in the set and not named."""
 
     name: str
     declared: float
@@ -36,6 +37,7 @@ class FileNumber:
     ordinary: bool
     unit: str = ""
     large: bool = False
+    doubt: str = ""
 
 
 def values_of(m: Member) -> dict[str, Any]:
@@ -73,10 +75,11 @@ def by_parameter(m: Member, values: Array) -> dict[str, Any]:
     return out
 
 
-def file_numbers(made: Fit, named: Container[str]) -> tuple[FileNumber, ...]:
+def file_numbers(made: Fit, named: Container[str], doubted: Mapping[str, str] | None = None) -> tuple[FileNumber, ...]:
     """The numbers of the vehicle file, its clocks and frames, that these flights show to be off.
 
-    named: effects that are named. What is found and not named may be the file's as well: it is told here.
+    named: effects that are named; doubted: why others are not. What is found and not named may be the file's as well:
+    it is told here, with the reason.
     """
     vehicle = made.linear.observation.vehicle
     if made.linear.observation.healthy is not None:
@@ -92,7 +95,8 @@ def file_numbers(made: Fit, named: Container[str]) -> tuple[FileNumber, ...]:
         ordinary, kind = bool(abs(theta) < ORDINARY * spike), c.candidate.cls.declared
         own = np.array([x is c for x in made.linear.columns], dtype=float)
         large = kind is not None and kind.kind == "time" and _takes_half(made, own)
-        out.append(FileNumber(name, declared, value, float(error), ordinary, unit, large))
+        doubt = (doubted or {}).get(c.candidate.name, "") if c.candidate.label in made.labels else ""
+        out.append(FileNumber(name, declared, value, float(error), ordinary, unit, large, doubt))
     return tuple(out)
 
 

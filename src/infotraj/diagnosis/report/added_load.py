@@ -35,6 +35,7 @@ class AddedLoad:
             "place": self.place.tolist(),
             "place_errors": self.place_errors.tolist(),
             "or_else": list(self.or_else),
+            "sentence": self.sentence(),
         }
 
     def sentence(self) -> str:

@@ -62,6 +62,7 @@ def as_dict(found: Diagnosis) -> dict[str, Any]:
                 "ordinary": n.ordinary,
                 "unit": n.unit,
                 "of_ratio": part,
+                "doubt": n.doubt or None,
             }
             for n, part in by_ratio(found.file)
         ],
@@ -223,10 +224,12 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
         ]
     if found.file:
         lines.append("your vehicle file, as these flights have it:")
-        for n, part in by_ratio(found.file):
+        told = by_ratio(found.file)
+        for (n, part), after in zip(told, [*(n.doubt for n, _ in told[1:]), ""], strict=True):
             number = f"{_short(n.value)} +- {_short(n.standard_error)}{f' {n.unit}' if n.unit else ''}"
             number += f", not {_short(n.declared)}" + ("" if n.ordinary else "; out of line with the rest of the file")
             lines.append(f"    {n.name}: {number} ({ONE_FINDING})" if part else f"  {n.name}: {number}")
+            lines += [f"    in doubt: {n.doubt}"] if n.doubt and n.doubt != after else []
     load = added_load(found)
     if load is not None:
         lines.append(load.sentence())
