@@ -90,7 +90,7 @@ def test_torques_that_hold_against_the_air_are_those_of_the_commands_where_the_f
     made, noise = signals()
     fast = np.stack([waves(0.45, 3.1), waves(0.5, 2.7)], axis=1)
     against = np.zeros_like(made)
-    against[:, 3:5] = 4.0 * np.stack([waves(0.21, 0.33), waves(0.26, 0.37)], axis=1)
+    against[:, 3:5] = 4.0 * np.stack([waves(0.62, 0.71), waves(0.66, 0.75)], axis=1)
     measured = made.copy()
     measured[:, 3:5] = fast
     assert found(measured + noise, measured + against) == []

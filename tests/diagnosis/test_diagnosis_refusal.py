@@ -1,12 +1,14 @@
 """Axes that are refused after a fit: what the model said of them before is no less true for a fit that went astray."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 import yaml
 from exact_simulation import fly
 
-from infotraj.diagnosis.gates.refusal import unanswered
+from infotraj.diagnosis.gates.refusal import _explained, unanswered
 from infotraj.effects.actuators import ActuationDelay
 from infotraj.flight import Flight
 from infotraj.models import Model
@@ -34,3 +36,11 @@ def test_an_axis_that_the_given_model_explains_is_not_refused_for_a_fit_that_wen
 def test_an_axis_that_no_model_explains_is_refused(flight):
     astray = Model(VEHICLE, [ActuationDelay(delay=0.25)])
     assert axes(unanswered(astray, [flight], given=Model(VEHICLE, [ActuationDelay(delay=0.3)]))) >= {"tx"}
+
+
+def test_a_force_that_carries_the_weight_is_explained_whatever_its_changes_are_and_a_steady_torque_is_not():
+    rng = np.random.default_rng(0)
+    measured, scored = 10.0 + 0.1 * rng.standard_normal((300, 6)), np.ones((300, 6), dtype=bool)
+    made = [SimpleNamespace(measured=measured, residual=0.3 * rng.standard_normal((300, 6)), scored=scored)]
+    assert _explained(made, 2) > 0.99
+    assert _explained(made, 4) < 0.0
