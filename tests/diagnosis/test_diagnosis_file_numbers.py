@@ -47,14 +47,15 @@ def made_of(monkeypatch, thetas, deviation, spike=0.3, **changed):
 def test_a_number_of_the_file_is_told_in_its_unit_with_its_error(monkeypatch):
     """Five usual sizes of a twentieth of the mass, as a logarithm; thrust of one rotor by its own coefficient; 4 ms."""
     monkeypatch.setattr(numbers, "thrust_over_mass", lambda made, named: [])
-    monkeypatch.setattr(numbers, "_takes_half", lambda made, along: True)
+    monkeypatch.setattr(numbers, "_takes", lambda made, along: 0.6)
     asked = [
         (candidate("mass_offset"), 0, 5.0),
         (candidate("rotor_effectiveness", rotor=2), 0, -1.2),
         (candidate("rotor_lag"), 0, 0.2),
         (candidate("com_offset"), 1, 0.8),
+        (candidate("steady_force"), 0, 0.2),
     ]
-    mass, rotor, lag, center = file_numbers(made_of(monkeypatch, asked, 0.05), ())
+    mass, rotor, lag, center, force = file_numbers(made_of(monkeypatch, asked, 0.05), ())
     grown = VEHICLE.mass * np.exp(5.0 * 0.05)
     assert (mass.name, mass.declared, mass.unit) == ("mass", VEHICLE.mass, "kg")
     assert mass.value == pytest.approx(grown)
@@ -67,9 +68,9 @@ def test_a_number_of_the_file_is_told_in_its_unit_with_its_error(monkeypatch):
     assert lag.standard_error == pytest.approx(0.05 * 0.03)
     scale = places(candidate("com_offset"), VEHICLE)[1].scale
     assert (center.name, center.value) == ("center_of_mass.y", pytest.approx(0.8 * scale))
-    # Within three times what such a file is off by; half of an error is spoken of where it is a lag.
-    assert [n.ordinary for n in (mass, rotor, lag, center)] == [False, False, True, True]
-    assert [n.large for n in (mass, rotor, lag, center)] == [False, False, True, False]
+    # Within three times what such a file is off by; half of an error is spoken of where nothing else does the same.
+    assert [n.ordinary for n in (mass, rotor, lag, center, force)] == [False, False, True, True, True]
+    assert [n.large for n in (mass, rotor, lag, center, force)] == [False, False, True, False, True]
 
 
 def test_a_number_of_an_effect_that_is_not_named_says_why(monkeypatch):
@@ -134,8 +135,8 @@ def test_clocks_and_mounts_and_what_does_not_act_are_no_file_to_correct():
     assert labels_of_file(whole) == ["mass_offset"]
 
 
-@pytest.mark.parametrize(("size", "half"), [(1.8, True), (1.6, False)])
-def test_half_of_an_error_goes_where_three_quarters_of_its_square_do(size, half):
+@pytest.mark.parametrize("size", [1.8, 1.6])
+def test_the_share_that_a_number_takes_is_of_the_root_mean_square(size):
     """A column of variance size^2 beside a noise of 1 makes the root mean square sqrt(1 + size^2) times larger."""
 
     def rows(rng, _):
@@ -144,9 +145,10 @@ def test_half_of_an_error_goes_where_three_quarters_of_its_square_do(size, half)
         return x
 
     _, whole = linear_fit(["mass_offset", "linear_drag"], rows, ["mass_offset", "linear_drag"])
-    assert numbers._takes_half(whole, np.array([1.0, 0.0])) == half
+    share = 1.0 - 1.0 / np.hypot(1.0, size)
+    assert numbers._takes(whole, np.array([1.0, 0.0])) == pytest.approx(share, abs=0.03)
     # A direction has no length.
-    assert numbers._takes_half(whole, np.array([0.1, 0.0])) == half
+    assert numbers._takes(whole, np.array([0.1, 0.0])) == pytest.approx(share, abs=0.03)
 
 
 def test_thrust_over_mass_is_told_with_the_error_of_a_factor(monkeypatch):

@@ -158,11 +158,13 @@ def test_a_millimetre_beside_the_middle_of_the_rotors_is_no_place_of_the_drag():
 @pytest.mark.long
 def test_what_is_large_and_out_of_line_in_the_file_is_in_the_sentence_and_an_axis_that_gets_worse_in_the_text():
     found = diagnosed({"linear_drag": {"d": [0.25, 0.2, 0.3]}}, rough_file)
-    large = FileNumber(THRUST_OVER_MASS, 1.0, 0.9, 0.01, False, large=True)
+    large = FileNumber(THRUST_OVER_MASS, 1.0, 0.9, 0.01, False, takes=0.9)
     others = (FileNumber("clock of the sensors, later by", 0.0, 0.01, 0.001, False, "s"), replace(large, ordinary=True))
     told = replace(found, file=(large, *others), after=replace(found.after, rmse=2.0 * found.before.rmse))
     assert f"; your vehicle file is out of line: {THRUST_OVER_MASS} 0.9" in sentence(told)
     assert "clock" not in sentence(told)
+    larger = replace(large, name="a force", takes=0.95)
+    assert f"out of line: a force 0.9 and {THRUST_OVER_MASS} 0.9" in sentence(replace(told, file=(large, larger)))
     assert "out of line" not in sentence(replace(told, file=others))
     assert "fx is worse with the new model" in as_text(told)
     assert "is worse with the new model" not in as_text(found)

@@ -53,7 +53,7 @@ class RotorLag(Effect):
     needs = ("rotor commands", "moving command")
     source = "first-order lag of a speed-controlled motor; Bouabdallah (2007), 2.4"
     hidden_when = "no rotor command is recorded, or none changes"
-    declared = Declared("time", _LAG, "time_constant of the rotors, more by")
+    declared = Declared("time", _LAG, "time_constant of the rotors, more by", alone=True)
 
     @classmethod
     def hidden(cls, vehicle: Vehicle, flight: Flight) -> str | None:
@@ -82,7 +82,7 @@ class ServoLag(Effect):
     extra_time_constant: float
     needs = ("tilt commands",)
     source = "first-order lag of a position servo; Franklin et al., Feedback Control of Dynamic Systems, 3.3"
-    declared = Declared("time", _LAG, "time_constant of the tilts, more by")
+    declared = Declared("time", _LAG, "time_constant of the tilts, more by", alone=True)
     hidden_when = "no tilt command is recorded, or none changes"
 
     @classmethod

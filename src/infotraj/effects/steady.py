@@ -26,7 +26,7 @@ class SteadyForce(Effect):
     source = "Newton's second law with a constant disturbance"
     # 0.1 deg by which the world frame is not level: 0.17 % of the weight.
     declared = Declared(
-        "angle", 1 / 18, "level of the world frame or bias of the accelerometer, as a force along {axis}"
+        "angle", 1 / 18, "level of the world frame or bias of the accelerometer, as a force along {axis}", alone=True
     )
     linear = True
 

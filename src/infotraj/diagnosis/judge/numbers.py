@@ -26,9 +26,9 @@ _SEEN = 3.0  # standard errors by which a file number must be off to be told
 @dataclass(frozen=True)
 class FileNumber:
     """What one number of the vehicle file should say. ordinary: within what this file's numbers are off by; unit: of
-    value, declared and error, empty where they have none; large: half of an axis' error of flights that were not fitted
-    goes with it, and it is thrust over mass or a lag: others may stand for one another; doubt: why the effect that says
-    it is in the set and not named."""
+    value, declared and error, empty where they have none; takes: share of an axis' error of flights that were not
+    fitted that goes with it, where that is most, and 0 where other numbers may stand for it; doubt: why the effect that
+    says it is in the set and not named."""
 
     name: str
     declared: float
@@ -36,8 +36,13 @@ class FileNumber:
     standard_error: float
     ordinary: bool
     unit: str = ""
-    large: bool = False
+    takes: float = 0.0
     doubt: str = ""
+
+    @property
+    def large(self) -> bool:
+        """Whether half of an axis' error goes with it."""
+        return self.takes > _HALF
 
 
 def values_of(m: Member) -> dict[str, Any]:
@@ -94,9 +99,9 @@ def file_numbers(made: Fit, named: Container[str], doubted: Mapping[str, str] | 
         value, unit = declared + per * (moved - at.absent), _unit(c.candidate, at.parameter, name)
         ordinary, kind = bool(abs(theta) < ORDINARY * spike), c.candidate.cls.declared
         own = np.array([x is c for x in made.linear.columns], dtype=float)
-        large = kind is not None and kind.kind == "time" and _takes_half(made, own)
+        takes = _takes(made, own) if kind is not None and kind.alone else 0.0
         doubt = (doubted or {}).get(c.candidate.name, "") if c.candidate.label in made.labels else ""
-        out.append(FileNumber(name, declared, value, float(error), ordinary, unit, large, doubt))
+        out.append(FileNumber(name, declared, value, float(error), ordinary, unit, takes, doubt))
     return tuple(out)
 
 
@@ -124,11 +129,12 @@ def _off(made: Fit, named: Container[str]) -> Iterator[tuple[Column, float, floa
             yield c, float(theta), float(deviation[i]), float(spike[i])
 
 
-def _takes_half(made: Fit, along: Array) -> bool:
-    """Whether numbers along a direction (p,) take half of an axis' error off flights that were not fitted."""
+def _takes(made: Fit, along: Array) -> float:
+    """Share of an axis' error of flights that were not fitted that numbers along a direction (p,) take, at most."""
     sums, each = made.linear.absent, made.solution.each
     without = each - np.outer(each @ along, along) / (along @ along)
-    return bool(np.any((sums.plain_error(without) > _HALF**-2 * sums.plain_error(each))[moving(made)]))
+    before, left = (sums.plain_error(x)[moving(made)] for x in (without, each))
+    return float(np.max(1.0 - np.sqrt(left / np.maximum(before, 1e-300)), initial=0.0))
 
 
 def _unit(candidate: Candidate, parameter: str, name: str) -> str:
@@ -171,8 +177,8 @@ def thrust_over_mass(made: Fit, named: Container[str] | None = None, scales: Sca
         return []
     ordinary = abs(total) < ORDINARY * float(np.linalg.norm(weight * spike))
     factor = float(np.exp(total))
-    large = scales is None and _takes_half(made, weight)
-    return [FileNumber(THRUST_OVER_MASS, 1.0, factor, error * factor, ordinary, large=large)]
+    takes = 0.0 if scales else _takes(made, weight)
+    return [FileNumber(THRUST_OVER_MASS, 1.0, factor, error * factor, ordinary, takes=takes)]
 
 
 def out_of_line(made: Fit, named: Container[str]) -> bool:

@@ -22,6 +22,7 @@ from infotraj.rotations import Array
 _SPARSE = 0.01  # s between commands: with more, a delay of half of it cannot be told
 _FAR = 3.0  # times the floor: an error that large, on an axis that is judged, is spoken of
 _MOST = 0.5  # of an axis' error: where numbers of the file take as much, the answer says so first
+_FIRST = 3  # numbers of the file that the sentence tells, those that take most
 _ORDER = ("Supported", "Not separable", "Plausible", "Not needed", "Not testable here")
 
 
@@ -164,13 +165,14 @@ def sentence(found: Diagnosis) -> str:
         first = f"These data cannot say which effect is missing: {next(iter(found.refused.values()))}"
     elif found.refused:
         first += "; nothing can be said about " + "; ".join(f"{', '.join(a)}: {r}" for r, a in why(found.refused))
-    out_of_line = [_number_of_file(n) for n, part in by_ratio(found.file) if n.large and not (n.ordinary or part)]
+    large = sorted((n for n, part in by_ratio(found.file) if n.large and not part), key=lambda n: -n.takes)
+    out_of_line = [_number_of_file(n) for n in large if not n.ordinary]
     if out_of_line and found.judged:
         first += f"; your vehicle file is out of line: {' and '.join(out_of_line)}"
     mended = _mended_by_file(found)
     if mended:
         first += f"; the numbers of your vehicle file make most of the error: corrected, {mended}"
-        most = [_number_of_file(n) for n, part in by_ratio(found.file) if n.large and n.ordinary and not part]
+        most = [_number_of_file(n) for n in large if n.ordinary][:_FIRST]
         first += f", first of all {' and '.join(most)}" if most else ""
     if found.unexplained.found:
         where = ", ".join(list(dict.fromkeys(axis_in_words(s.axis) for s in found.unexplained.axes))[:3])
