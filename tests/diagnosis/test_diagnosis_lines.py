@@ -77,12 +77,12 @@ def test_the_page_puts_the_parts_of_the_ratio_under_it(file, quad_report):
     assert page(content).count("one finding with the ratio above") == 2
 
 
-def test_the_page_says_once_why_numbers_of_the_file_are_in_doubt_and_which_load_is_told(quad_report):
+def test_the_page_says_why_numbers_of_the_file_are_in_doubt_and_which_load_is_told(quad_report):
     content = json.loads(json.dumps(read_content(quad_report / "report.json")))
     number = {"declared": 1.0, "value": 8.0, "standard_error": 0.1, "ordinary": False}
     doubted = [number | {"name": f"inertia.{a}", "doubt": "only 26 % goes with it"} for a in ("xx", "zz")]
     content["answer"] |= {"file": [*doubted, number | {"name": "mass", "doubt": None}], "load": None}
-    assert page(content).count("in doubt: only 26 % goes with it") == 1
+    assert page(content).count("in doubt: only 26 % goes with it") == 2
     assert "a load of 0.1" not in page(content)
     content["answer"]["load"] = {"sentence": "mass and centre of mass together: a load of 0.1 kg"}
     assert page(content).count("together: a load of 0.1 kg.") == 1
@@ -106,11 +106,15 @@ def test_where_only_numbers_of_the_file_are_off_the_sentence_says_how_much_of_th
     found = SimpleNamespace(
         supported=(), beside=("mass_offset",), healthy=None, refused={"tz": "why"}, judged=True, file=(),
         before=SimpleNamespace(rmse=before), after=SimpleNamespace(rmse=after),
-        unexplained=SimpleNamespace(found=False),
+        unexplained=SimpleNamespace(found=False), coherence_after=np.full(6, 0.6),
     )  # fmt: skip
     corrected = "the numbers of your vehicle file make most of the error: corrected, 75 to 80 % of it is gone on fy, fz"
     assert f"No missing effect is supported; nothing can be said about tz: why; {corrected}." == sentence(found)
     alone = SimpleNamespace(**{**vars(found), "refused": {"fy": "why", "tz": "why"}})
     assert sentence(alone).endswith("75 % of it is gone on fz.")
+    unpredicted = {"refused": {}, "coherence_after": np.array([0.1, 0.1, 0.1, 0.1, 0.6, 0.4])}
+    assert sentence(SimpleNamespace(**{**vars(found), **unpredicted})).endswith("is gone on fy, fz.")
+    unpredicted["coherence_after"][5] = 0.6
+    assert sentence(SimpleNamespace(**{**vars(found), **unpredicted})).endswith("is gone on fy, fz, tz.")
     for same in ({"beside": ()}, {"after": found.before}):
         assert "vehicle file" not in sentence(SimpleNamespace(**{**vars(found), **same}))

@@ -49,6 +49,7 @@ def answer(**changed):
         model=SimpleNamespace(vehicle=vehicle, effects=()),
         errors_of=(),
         coherence=0.5 * ONES,
+        coherence_after=0.7 * ONES,
         accepted=[],
         at_bound={},
         command_steps=1,
@@ -103,7 +104,7 @@ def test_what_numbers_of_the_file_alone_take_off_is_said_where_it_is_more_than_h
     ("large", "ordinary", "said"), [(True, False, True), (False, False, False), (True, True, False)]
 )
 def test_a_file_is_out_of_line_in_the_sentence_where_that_is_large_and_not_ordinary(large, ordinary, said):
-    number = FileNumber("mass", 1.0, 2.5, 0.1, ordinary, "kg", large)
+    number = FileNumber("mass", 1.0, 2.5, 0.1, ordinary, "kg", takes=0.9 * large)
     made = answer(file=(number,))
     assert ("out of line: mass 2.5 kg" in sentence(made)) == said
     (entry,) = as_dict(made)["file"]
@@ -120,7 +121,7 @@ def test_doubts_refuse_warn_or_are_accepted():
     made = as_dict(answer(doubts=doubts, refused={"fx": "refuses"}))
     assert made["refused"] == {"motion": "refuses"}
     assert made["warnings"] == ["warns"]
-    assert made["axes"]["fx"] == {"judged": False, "reason": "refuses", "coherence": 0.5}
+    assert made["axes"]["fx"] == {"judged": False, "reason": "refuses", "coherence": 0.5, "coherence_after": 0.7}
     assert made["axes"]["fy"]["judged"]
 
 

@@ -48,6 +48,7 @@ class Asked:
     start: float | None = None
     stop: float | None = None
     _left: dict[int, tuple[Fit, Unexplained]] = field(default_factory=dict)
+    _shares: dict[int, tuple[Fit, Array]] = field(default_factory=dict)
 
     def left(self, told: Fit) -> Unexplained:
         """Structure that a set leaves: what only effects explain that do not predict is left."""
@@ -60,18 +61,23 @@ class Asked:
 
     def judged(self, told: Fit, judged: Sequence[Judged]) -> tuple[tuple[Finding, ...], dict[str, Rival]]:
         """Findings of a set, and rivals that stand for a group."""
-        left, coherent = self.left(told), self._coherence(told, judged)
-        judge = Judge(self.search, told, judged, self.order, left, self.refused, self.matters, self.rng, coherent)
+        inertia = any((d := j.member.candidate.cls.declared) and d.kind == "inertia" for j in judged)
+        shares = self.coherence(told) if inertia else None
+        judge = Judge(
+            self.search, told, judged, self.order, self.left(told), self.refused, self.matters, self.rng, shares
+        )
         return judge.findings(self.hidden)
 
-    def _coherence(self, told: Fit, judged: Sequence[Judged]) -> Array | None:
-        """Share (6,) of the measured forces and torques that goes with a set's prediction; None where no moment of
-        inertia is judged, and against healthy flights."""
-        o, kinds = self.search.observation, {d.kind for j in judged if (d := j.member.candidate.cls.declared)}
-        if o.healthy is not None or "inertia" not in kinds:
+    def coherence(self, told: Fit) -> Array | None:
+        """Share (6,) of the measured forces and torques that goes with a set's prediction; None against healthy
+        flights, and where nothing can be tested."""
+        o = self.search.observation
+        if o.healthy is not None or not self.search.known:
             return None
-        made = refusal.compared(o.model(straight(told)), [s.flight for s in o.samples], self.start, self.stop)
-        return refusal.coherence(made)
+        if id(told) not in self._shares:
+            made = refusal.compared(o.model(straight(told)), [s.flight for s in o.samples], self.start, self.stop)
+            self._shares[id(told)] = told, refusal.coherence(made)
+        return self._shares[id(told)][1]
 
 
 def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from infotraj.comparing.equation_error import AXES
+from infotraj.diagnosis.gates.refusal import HALF_EXPLAINED
 from infotraj.diagnosis.judge.evidence import moving, overdispersion
 from infotraj.diagnosis.linear.candidates import Candidate, places, slopes
 from infotraj.diagnosis.linear.observation import Member
@@ -28,7 +30,7 @@ class FileNumber:
     """What one number of the vehicle file should say. ordinary: within what this file's numbers are off by; unit: of
     value, declared and error, empty where they have none; takes: share of an axis' error of flights that were not
     fitted that goes with it, where that is most, and 0 where other numbers may stand for it; doubt: why the effect that
-    says it is in the set and not named."""
+    says it is in the set and not named, or that a torque tells it which the model hardly predicts."""
 
     name: str
     declared: float
@@ -80,11 +82,14 @@ def by_parameter(m: Member, values: Array) -> dict[str, Any]:
     return out
 
 
-def file_numbers(made: Fit, named: Container[str], doubted: Mapping[str, str] | None = None) -> tuple[FileNumber, ...]:
+def file_numbers(
+    made: Fit, named: Container[str], doubted: Mapping[str, str] | None = None, coherence: Array | None = None
+) -> tuple[FileNumber, ...]:
     """The numbers of the vehicle file, its clocks and frames, that these flights show to be off.
 
     named: effects that are named; doubted: why others are not. What is found and not named may be the file's as well:
-    it is told here, with the reason.
+    it is told here, with the reason. coherence (6,): share of the measured forces and torques that goes with the
+    prediction.
     """
     vehicle = made.linear.observation.vehicle
     if made.linear.observation.healthy is not None:
@@ -101,8 +106,25 @@ def file_numbers(made: Fit, named: Container[str], doubted: Mapping[str, str] | 
         own = np.array([x is c for x in made.linear.columns], dtype=float)
         takes = _takes(made, own) if kind is not None and kind.alone else 0.0
         doubt = (doubted or {}).get(c.candidate.name, "") if c.candidate.label in made.labels else ""
+        doubt = doubt or ("" if coherence is None else _faint(made, own, coherence))
         out.append(FileNumber(name, declared, value, float(error), ordinary, unit, takes, doubt))
     return tuple(out)
+
+
+def _faint(made: Fit, own: Array, coherence: Array) -> str:
+    """That less than half of the torque which tells a number, own (p,), goes with the prediction; empty if not.
+
+    What cannot be predicted makes the factors of a prediction smaller, and moments of inertia larger (Fuller 1987).
+    """
+    k = 1 + int(np.argmax(own))
+    told = made.linear.sums.gram[:, :, k, k].sum(axis=1)
+    axis = made.linear.sums.axes[int(np.argmax(told))]
+    share = coherence[AXES.index(axis)] if axis in AXES and axis[0] == "t" else 1.0
+    return (
+        f"only {100 * share:.0f} % of the torque about {axis[1]} goes with the prediction"
+        if share < HALF_EXPLAINED
+        else ""
+    )
 
 
 def labels_of_file(made: Fit) -> list[str]:

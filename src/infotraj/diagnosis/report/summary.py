@@ -9,7 +9,7 @@ import numpy as np
 from infotraj.checking.acceptance import accepted_in, accepted_lines
 from infotraj.comparing.equation_error import AXES
 from infotraj.diagnosis.diagnosis import Diagnosis
-from infotraj.diagnosis.gates.refusal import axis_group
+from infotraj.diagnosis.gates.refusal import HALF_EXPLAINED, axis_group
 from infotraj.diagnosis.judge.giving import WORSE
 from infotraj.diagnosis.judge.numbers import FileNumber
 from infotraj.diagnosis.judge.verdicts import Finding
@@ -74,6 +74,7 @@ def as_dict(found: Diagnosis) -> dict[str, Any]:
                 "judged": axis not in found.refused,
                 "reason": found.refused.get(axis),
                 "coherence": _number(found.coherence[i]),
+                "coherence_after": _number(found.coherence_after[i]),
             }
             for i, axis in enumerate(AXES)
         },
@@ -127,11 +128,15 @@ def _worse(found: Diagnosis) -> list[str]:
 
 
 def _mended_by_file(found: Diagnosis) -> str:
-    """Axes of whose error numbers of the file take most, beside what is named, with the share that goes; or nothing."""
+    """Axes of whose error numbers of the file take most, beside what is named, with the share that goes; or nothing.
+
+    A torque of which little goes with the prediction is none: a smaller prediction makes a smaller error.
+    """
     if not found.beside or found.healthy is not None:
         return ""
     goes = 1.0 - found.after.rmse / found.before.rmse * np.exp(_falls_by_name(found))
-    axes = [i for i, a in enumerate(AXES) if a not in found.refused and goes[i] > _MOST]
+    silent = [a for i, a in enumerate(AXES) if a[0] == "t" and found.coherence_after[i] < HALF_EXPLAINED]
+    axes = [i for i, a in enumerate(AXES) if a not in (*found.refused, *silent) and goes[i] > _MOST]
     if not axes:
         return ""
     shares = [round(100.0 * float(goes[i])) for i in axes]
@@ -226,12 +231,12 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
         ]
     if found.file:
         lines.append("your vehicle file, as these flights have it:")
-        told = by_ratio(found.file)
-        for (n, part), after in zip(told, [*(n.doubt for n, _ in told[1:]), ""], strict=True):
+        for n, part in by_ratio(found.file):
             number = f"{_short(n.value)} +- {_short(n.standard_error)}{f' {n.unit}' if n.unit else ''}"
             number += f", not {_short(n.declared)}" + ("" if n.ordinary else "; out of line with the rest of the file")
             lines.append(f"    {n.name}: {number} ({ONE_FINDING})" if part else f"  {n.name}: {number}")
-            lines += [f"    in doubt: {n.doubt}"] if n.doubt and n.doubt != after else []
+        for doubt in dict.fromkeys(n.doubt for n in found.file if n.doubt):
+            lines.append(f"  in doubt: {', '.join(n.name for n in found.file if n.doubt == doubt)} ({doubt})")
     load = added_load(found)
     if load is not None:
         lines.append(load.sentence())
