@@ -73,6 +73,13 @@ def test_an_error_stays_that_is_three_times_the_floor_of_the_new_model_on_a_judg
     assert "0.25 N of error stay on fz" in as_text(made)
 
 
+def test_a_torque_that_hardly_goes_with_the_prediction_is_spoken_of():
+    shares = np.array([0.1, 0.1, 0.1, 0.51, 0.49, 0.1])
+    text = as_text(answer(coherence_after=shares, refused={"tz": "why"}))
+    assert text.count("of the measured torque goes") == 1
+    assert "ty: only 49 % of the measured torque goes with what the model predicts" in text
+
+
 def test_errors_are_told_before_and_after_beside_the_floor_of_the_new_model():
     error = as_dict(answer())["error"]
     assert error == {

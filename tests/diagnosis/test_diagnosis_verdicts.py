@@ -102,6 +102,29 @@ def test_another_inertia_altogether_is_not_named_where_little_of_the_torque_goes
     assert made._doubt(replace(found, member=member)) == (None, "")
 
 
+@pytest.mark.parametrize(
+    ("name", "falls", "share", "named"),
+    [
+        ("thrust_scale", {"ty": 0.4, "tx": 0.1}, 0.4, False),
+        ("thrust_scale", {"ty": 0.4, "tx": 0.1}, 0.6, True),
+        ("thrust_scale", {"fz": 0.5, "ty": 0.4}, 0.4, True),
+        ("moment_scale", {"ty": 0.4}, 0.4, False),
+        ("inertia_error", {"ty": 0.4}, 0.4, False),
+        ("com_offset", {"ty": 0.4}, 0.4, True),
+    ],
+)
+def test_a_factor_of_the_torques_is_not_named_by_one_of_which_less_than_half_is_predicted(name, falls, share, named):
+    """Noise in what is predicted makes its factor smaller as well; a force tells the thrust apart from that."""
+    found = judged(name, falls=falls)
+    observation = SimpleNamespace(vehicle=VEHICLE, model=lambda m: Model(VEHICLE, []))
+    of_axes = np.array([0.1, 0.1, 0.1, 0.7, share, 0.1])
+    made = replace(judge(search=SimpleNamespace(observation=observation)), coherence=of_axes)
+    verdict, reason = made._doubt(found)
+    assert (verdict is None) == named
+    if not named:
+        assert reason.startswith("the torque about y tells it, of which only 40 % goes with the prediction")
+
+
 def one_axis(sizes, chosen, names=("linear_drag", "quadratic_drag", "com_offset"), scale=1.0):
     def rows(rng, _):
         x = np.zeros((ROWS, 1 + len(names)))

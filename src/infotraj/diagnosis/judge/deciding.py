@@ -61,8 +61,7 @@ class Asked:
 
     def judged(self, told: Fit, judged: Sequence[Judged]) -> tuple[tuple[Finding, ...], dict[str, Rival]]:
         """Findings of a set, and rivals that stand for a group."""
-        inertia = any((d := j.member.candidate.cls.declared) and d.kind == "inertia" for j in judged)
-        shares = self.coherence(told) if inertia else None
+        shares = self.coherence(told) if any(j.member.candidate.cls.scales_torques for j in judged) else None
         judge = Judge(
             self.search, told, judged, self.order, self.left(told), self.refused, self.matters, self.rng, shares
         )

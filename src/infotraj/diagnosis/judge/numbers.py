@@ -22,6 +22,7 @@ ORDINARY = 3.0  # standard deviations of this file's own errors: further off, a 
 OF_THRUST_OVER_MASS = frozenset({"mass_offset", "thrust_scale", "coaxial_loss"})  # names that say it
 THRUST_OVER_MASS = "thrust of all rotors over mass, factor"
 _HALF = 0.5  # of the root mean square error
+_OF_PREDICTION = ("inertia", "rotors", "moment", "arms", "time", "clock")  # kinds that make it larger, or later
 _SEEN = 3.0  # standard errors by which a file number must be off to be told
 
 
@@ -106,7 +107,8 @@ def file_numbers(
         own = np.array([x is c for x in made.linear.columns], dtype=float)
         takes = _takes(made, own) if kind is not None and kind.alone else 0.0
         doubt = (doubted or {}).get(c.candidate.name, "") if c.candidate.label in made.labels else ""
-        doubt = doubt or ("" if coherence is None else _faint(made, own, coherence))
+        if not doubt and coherence is not None and kind is not None and kind.kind in _OF_PREDICTION:
+            doubt = _faint(made, own, coherence)
         out.append(FileNumber(name, declared, value, float(error), ordinary, unit, takes, doubt))
     return tuple(out)
 

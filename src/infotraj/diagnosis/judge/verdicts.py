@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from infotraj.comparing.equation_error import AXES
 from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.judge.evidence import Evidence, evidence_of_absent, left_by_set
 from infotraj.diagnosis.judge.groups import Rival, rivals
@@ -159,18 +160,22 @@ class Judge:
         return ("Plausible", beside) if beside else (None, "")
 
     def _faint(self, j: Judged) -> str:
-        """That a moment of inertia is another one altogether where little of the measured torque goes with what the
-        model predicts, which it divides as a whole; empty if not.
+        """That what changes a predicted torque as a whole is told by a torque of which less than half goes with that
+        prediction, or is another moment of inertia altogether there; empty if not.
 
         Beside a moment that no name explains, and that the rotors hold against, a larger inertia makes their torque as
         small as what turns the vehicle. So do errors of what a regression is made of (Fuller 1987).
         """
-        declared = j.member.candidate.cls.declared
-        if declared is None or declared.kind != "inertia" or self.coherence is None:
+        if self.coherence is None or not j.member.candidate.cls.scales_torques:
             return ""
+        share = self.coherence[3:]
+        most = max(j.evidence.falls, key=lambda a: j.evidence.falls[a], default="")
+        goes = share[AXES.index(most) - 3] if most in AXES[3:] else 1.0
+        if goes < refusal.HALF_EXPLAINED:
+            told = f"the torque about {most[1]} tells it, of which only {100 * goes:.0f} % goes with the prediction"
+            return f"{told}: it may stand for more"
         o = self.search.observation
         inertia = o.model([j.member]).body_law.inertia
-        share = self.coherence[3:]
         times = np.diag(inertia) / np.diag(o.vehicle.inertia_matrix()) if inertia is not None else np.ones(3)
         far = np.where(share < refusal.HALF_EXPLAINED, np.abs(np.log(times)), 0.0)
         k = int(np.argmax(far))

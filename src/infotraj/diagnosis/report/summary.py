@@ -135,13 +135,18 @@ def _mended_by_file(found: Diagnosis) -> str:
     if not found.beside or found.healthy is not None:
         return ""
     goes = 1.0 - found.after.rmse / found.before.rmse * np.exp(_falls_by_name(found))
-    silent = [a for i, a in enumerate(AXES) if a[0] == "t" and found.coherence_after[i] < HALF_EXPLAINED]
-    axes = [i for i, a in enumerate(AXES) if a not in (*found.refused, *silent) and goes[i] > _MOST]
+    left_out = {*found.refused, *_unpredicted(found)}
+    axes = [i for i, a in enumerate(AXES) if a not in left_out and goes[i] > _MOST]
     if not axes:
         return ""
     shares = [round(100.0 * float(goes[i])) for i in axes]
     of = f"{min(shares)} to {max(shares)} %" if min(shares) < max(shares) else f"{shares[0]} %"
     return f"{of} of it is gone on {', '.join(AXES[i] for i in axes)}"
+
+
+def _unpredicted(found: Diagnosis) -> list[str]:
+    """Axes of torque of which less than half of what was measured goes with the prediction of the new model."""
+    return [a for i, a in enumerate(AXES) if a[0] == "t" and found.coherence_after[i] < HALF_EXPLAINED]
 
 
 def _falls_by_name(found: Diagnosis) -> Array:
@@ -229,6 +234,11 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
             f"{axis} is worse with the new model: something else is missing there, or the file's errors made up for it"
             for axis in _worse(found)
         ]
+    lines += [
+        f"{axis}: only {100 * found.coherence_after[i]:.0f} % of the measured torque goes with what the model predicts"
+        for i, axis in enumerate(AXES)
+        if axis in _unpredicted(found) and axis not in found.refused
+    ]
     if found.file:
         lines.append("your vehicle file, as these flights have it:")
         for n, part in by_ratio(found.file):
