@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from linear_fits import ROWS, VEHICLE, linear_fit
 
-from infotraj.diagnosis.judge.evidence import Evidence
+from infotraj.diagnosis.judge.evidence import Evidence, larger_than_error
 from infotraj.diagnosis.judge.needed import Judged
 from infotraj.diagnosis.judge.unexplained import Structure, Unexplained
 from infotraj.diagnosis.judge.verdicts import Finding, Judge, named
@@ -123,6 +123,31 @@ def test_a_factor_of_the_torques_is_not_named_by_one_of_which_less_than_half_is_
     assert (verdict is None) == named
     if not named:
         assert reason.startswith("the torque about y tells it, of which only 40 % goes with the prediction")
+
+
+@pytest.mark.parametrize(
+    ("name", "put_on", "times", "named"),
+    [
+        ("accelerometer_bias", 0.0, 0.96, True),
+        ("accelerometer_bias", -0.95, 2.78, False),
+        ("battery_sag", -0.95, 2.78, True),
+    ],
+)
+def test_a_constant_of_a_sensor_is_no_larger_than_the_error_of_the_model_as_given(name, put_on, times, named):
+    """A column of size 1 beside a noise of 0.3: alone 1 / hypot(1, 0.3); where another number takes off nearly as much
+    1 / hypot(0.05, 0.95 * 0.2, 0.3)."""
+
+    def rows(rng, _):
+        x = rng.standard_normal((ROWS, 3))
+        x[:, 2] = x[:, 1] + 0.2 * x[:, 2]
+        x[:, 0] = 0.3 * x[:, 0] + x[:, 1] + put_on * x[:, 2]
+        return x
+
+    search, whole = linear_fit([name, "com_offset"], rows, [name, "com_offset"])
+    assert larger_than_error(whole, name) == pytest.approx(times, rel=0.08)
+    verdict, reason = judge(whole, search=search)._doubt(judged(name))
+    assert (verdict is None) == named
+    assert named or "makes up for other numbers" in reason
 
 
 def one_axis(sizes, chosen, names=("linear_drag", "quadratic_drag", "com_offset"), scale=1.0):

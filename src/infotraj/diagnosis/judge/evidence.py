@@ -201,6 +201,19 @@ def rise_beside(whole: Fit, chosen: tuple[int, ...], mine: Sequence[int], near: 
     return float(rise[acts(sums, mine, whole.solution.theta, before)].max(initial=0.0))
 
 
+def larger_than_error(whole: Fit, label: str) -> float:
+    """How many times larger an effect of a set is than the error of the model as given, on the axis where it is most.
+
+    A constant that is there is a part of that error.
+    """
+    sums = whole.linear.absent
+    mine = [i for i, c in enumerate(whole.linear.columns) if c.candidate.label == label]
+    theta, at = whole.solution.theta[mine], [1 + i for i in mine]
+    moved = np.einsum("afij,i,j->a", sums.believed[:, :, at][:, :, :, at], theta, theta)
+    given = sums.believed[:, :, 0, 0].sum(axis=1)
+    return float(np.sqrt(np.max(moved / np.maximum(given, 1e-300))))
+
+
 def left_by_set(whole: Fit, chosen: tuple[int, ...] | None = None) -> Array:
     """The logarithm of the root mean square error that a set leaves on each axis that actuators move, (axes,).
 

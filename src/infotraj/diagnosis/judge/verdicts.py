@@ -10,7 +10,7 @@ import numpy as np
 
 from infotraj.comparing.equation_error import AXES
 from infotraj.diagnosis.gates import refusal
-from infotraj.diagnosis.judge.evidence import Evidence, evidence_of_absent, left_by_set
+from infotraj.diagnosis.judge.evidence import Evidence, evidence_of_absent, larger_than_error, left_by_set
 from infotraj.diagnosis.judge.groups import Rival, rivals
 from infotraj.diagnosis.judge.needed import SURE, Judged
 from infotraj.diagnosis.judge.numbers import fitted_numbers, values_of
@@ -29,6 +29,7 @@ MATTERS = 0.05  # rise of the squared error, in units of the floor, below which 
 _HALVES = float(np.log(2.0))  # the same, by half of one axis
 _LIKELY = 0.5
 _AS_WELL = 0.05  # of the error that a group's members leave: less is no reason to prefer one
+_LARGER = 1.25  # times the error of the model as given: a constant that is there is no larger than that
 _CHANGES = 1.0  # form error with which a number changes by as much as it is large
 
 
@@ -151,9 +152,9 @@ class Judge:
         if e.probability < least or e.selected < SURE:
             chance = f"{100 * e.probability:.0f} % probable, better on {100 * e.selected:.0f} % of the resamples"
             return "Plausible", f"{chance} of flights that were not fitted"
-        faint = self._faint(j)
-        if faint:
-            return "Plausible", faint
+        other = self._faint(j) or self._makes_up(j)
+        if other:
+            return "Plausible", other
         if e.form_error >= _CHANGES:
             return "Plausible", f"its size changes from place to place by {100 * e.form_error:.0f} %"
         beside = "" if e.gain >= _HALVES else self._beside_more(e)
@@ -185,6 +186,18 @@ class Judge:
         return (
             f"{moment}; only {100 * share[k]:.0f} % of the torque there goes with the prediction: it may stand for more"
         )
+
+    def _makes_up(self, j: Judged) -> str:
+        """That a constant of a sensor is larger than the error which it would be a part of; empty if not.
+
+        Then other numbers put on what it takes off: a frame of the IMU that is taken as turned makes the gravity lean.
+        """
+        cls = j.member.candidate.cls
+        if not (cls.place == "measurement" and cls.linear):
+            return ""
+        times = larger_than_error(self.whole, j.member.candidate.label)
+        made_up = f"it is {times:.2g} times the error that it would be a part of: it makes up for other numbers"
+        return made_up if times > _LARGER else ""
 
     def _beside_more(self, e: Evidence) -> str:
         """That more of what goes with the motion is left than the effect takes off, where it acts most; empty if not.
