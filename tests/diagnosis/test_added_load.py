@@ -63,6 +63,7 @@ def test_what_may_be_thrust_is_a_load_only_if_it_is_mass():
     load = added_load(found(0.25, [0.02, 0.0, 0.0], verdicts=("Not separable", "Supported")))
     assert ", if it is no thrust_scale: a load" in load.sentence()
     assert load.as_dict()["or_else"] == ["thrust_scale"]
+    assert load.as_dict()["sentence"] == load.sentence()
     both = added_load(found(0.25, [0.02, 0.0, 0.0], verdicts=("Not separable", "Not separable")))
     assert ", if it is no thrust_scale or rotor_effectiveness: a load" in both.sentence()
 

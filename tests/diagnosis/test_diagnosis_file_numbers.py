@@ -46,8 +46,8 @@ def made_of(monkeypatch, thetas, deviation, spike=0.3, **changed):
 
 def test_a_number_of_the_file_is_told_in_its_unit_with_its_error(monkeypatch):
     """Five usual sizes of a twentieth of the mass, as a logarithm; thrust of one rotor by its own coefficient; 4 ms."""
-    monkeypatch.setattr(numbers, "thrust_over_mass", lambda made, named: [])
-    monkeypatch.setattr(numbers, "_takes", lambda made, along: 0.6)
+    monkeypatch.setattr(numbers, "thrust_over_mass", lambda made, named, faint: [])
+    monkeypatch.setattr(numbers, "_takes", lambda made, along, faint: 0.6)
     asked = [
         (candidate("mass_offset"), 0, 5.0),
         (candidate("rotor_effectiveness", rotor=2), 0, -1.2),
@@ -75,7 +75,7 @@ def test_a_number_of_the_file_is_told_in_its_unit_with_its_error(monkeypatch):
 
 def test_a_number_of_an_effect_that_is_not_named_says_why(monkeypatch):
     """That of the file alone, of which the set holds no effect, has no such reason."""
-    monkeypatch.setattr(numbers, "thrust_over_mass", lambda made, named: [])
+    monkeypatch.setattr(numbers, "thrust_over_mass", lambda made, named, faint: [])
     asked = [(candidate("inertia_error"), 2, 5.0), (candidate("com_offset"), 1, 0.8)]
     made = made_of(monkeypatch, asked, 0.05, labels=("inertia_error",))
     inertia, center = file_numbers(
@@ -87,7 +87,7 @@ def test_a_number_of_an_effect_that_is_not_named_says_why(monkeypatch):
 
 
 def test_a_number_is_told_where_it_is_three_standard_errors_off(monkeypatch):
-    monkeypatch.setattr(numbers, "thrust_over_mass", lambda made, named: [])
+    monkeypatch.setattr(numbers, "thrust_over_mass", lambda made, named, faint: [])
     asked = [(candidate("mass_offset"), 0, 0.29), (candidate("com_offset"), 0, -0.31)]
     found = file_numbers(made_of(monkeypatch, asked, 0.1), ())
     assert [n.name for n in found] == ["center_of_mass.x"]
@@ -143,15 +143,25 @@ def test_a_number_that_a_torque_tells_which_is_hardly_predicted_is_in_doubt(monk
     gram = np.zeros((2, 3, 4, 4))
     gram[0, :, 1, 1], gram[1, :, 1, 1], gram[1, :, 2, 2], gram[0, :, 3, 3] = 2.0, 1.0, 1.0, 1.0
     made.linear.sums = SimpleNamespace(axes=("tx", "fz"), gram=gram)
-    monkeypatch.setattr(numbers, "thrust_over_mass", lambda made, named: [])
-    monkeypatch.setattr(numbers, "_takes", lambda made, along: 0.0)
+    monkeypatch.setattr(numbers, "thrust_over_mass", lambda made, named, faint: [])
+    monkeypatch.setattr(numbers, "_takes", lambda made, along, faint: 0.0)
 
-    def doubts(share, axis):
-        shares = np.where(np.arange(6) == axis, share, 0.9)
-        return [n.doubt for n in file_numbers(made, (), {}, shares)]
+    def doubts(faint):
+        return [n.doubt for n in file_numbers(made, (), {}, faint)]
 
-    assert doubts(0.38, 3) == ["only 38 % of the torque about x goes with the prediction", "", ""]
-    assert doubts(0.51, 3) == doubts(0.0, 2) == ["", "", ""]
+    assert doubts({"tx": 0.38}) == ["only 38 % of the torque about x goes with the prediction", "", ""]
+    assert doubts({"ty": 0.1}) == doubts({}) == ["", "", ""]
+
+
+def test_thrust_over_mass_has_the_doubt_of_the_thrust_that_is_not_named(monkeypatch):
+    asked = [(candidate("thrust_scale"), 0, -1.0), (candidate("mass_offset"), 0, 0.5)]
+    made = made_of(monkeypatch, asked, 0.04, labels=("thrust_scale",))
+    monkeypatch.setattr(numbers, "_takes", lambda made, along, faint: 0.6)
+    monkeypatch.setattr(numbers, "_off", lambda made, named: ())
+    (ratio,) = file_numbers(made, (), {"thrust_scale": "why"})
+    assert (ratio.name, ratio.doubt, ratio.large) == (numbers.THRUST_OVER_MASS, "why", False)
+    (ratio,) = file_numbers(made, (), {"mass_offset": "why"})
+    assert (ratio.doubt, ratio.large) == ("", True)
 
 
 @pytest.mark.parametrize("size", [1.8, 1.6])
@@ -168,6 +178,8 @@ def test_the_share_that_a_number_takes_is_of_the_root_mean_square(size):
     assert numbers._takes(whole, np.array([1.0, 0.0])) == pytest.approx(share, abs=0.03)
     # A direction has no length.
     assert numbers._takes(whole, np.array([0.1, 0.0])) == pytest.approx(share, abs=0.03)
+    # Of an axis that is hardly predicted a smaller prediction takes error as well.
+    assert numbers._takes(whole, np.array([1.0, 0.0]), {"fx": 0.1}) == 0.0
 
 
 def test_thrust_over_mass_is_told_with_the_error_of_a_factor(monkeypatch):

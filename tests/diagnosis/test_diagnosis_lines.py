@@ -1,6 +1,7 @@
 """The lines around an answer: what comes next, why a saved model has other numbers, what is one finding."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -106,15 +107,23 @@ def test_where_only_numbers_of_the_file_are_off_the_sentence_says_how_much_of_th
     found = SimpleNamespace(
         supported=(), beside=("mass_offset",), healthy=None, refused={"tz": "why"}, judged=True, file=(),
         before=SimpleNamespace(rmse=before), after=SimpleNamespace(rmse=after),
-        unexplained=SimpleNamespace(found=False), coherence_after=np.full(6, 0.6),
+        unexplained=SimpleNamespace(found=False), faint={},
     )  # fmt: skip
     corrected = "the numbers of your vehicle file make most of the error: corrected, 75 to 80 % of it is gone on fy, fz"
     assert f"No missing effect is supported; nothing can be said about tz: why; {corrected}." == sentence(found)
     alone = SimpleNamespace(**{**vars(found), "refused": {"fy": "why", "tz": "why"}})
     assert sentence(alone).endswith("75 % of it is gone on fz.")
-    unpredicted = {"refused": {}, "coherence_after": np.array([0.1, 0.1, 0.1, 0.1, 0.6, 0.4])}
-    assert sentence(SimpleNamespace(**{**vars(found), **unpredicted})).endswith("is gone on fy, fz.")
-    unpredicted["coherence_after"][5] = 0.6
-    assert sentence(SimpleNamespace(**{**vars(found), **unpredicted})).endswith("is gone on fy, fz, tz.")
+    assert sentence(SimpleNamespace(**{**vars(found), "refused": {}})).endswith("is gone on fy, fz, tz.")
+    assert sentence(SimpleNamespace(**{**vars(found), "refused": {}, "faint": {"tz": 0.4}})).endswith(
+        "is gone on fy, fz."
+    )
+    force, lag = (FileNumber(x, 0.0, v, 0.01, True, takes=t, label=x) for x, v, t in (("a", 2.0, 0.6), ("b", 3.0, 0.9)))
+    ratio = FileNumber(THRUST_OVER_MASS, 1.0, 0.9, 0.01, True, takes=0.7)
+    more = [replace(force, name="c", takes=0.55), replace(force, name="d", label="not in the model", takes=0.99)]
+    told = {"file": (force, ratio, lag, *more), "beside": ("mass_offset", "a", "b")}
+    said = f", first of all b 3 and {THRUST_OVER_MASS} 0.9 and a 2."
+    assert sentence(SimpleNamespace(**{**vars(found), **told})).endswith(said)
+    doubted = {"file": (replace(force, doubt="why"), lag)}
+    assert sentence(SimpleNamespace(**{**vars(found), **told, **doubted})).endswith(", first of all b 3.")
     for same in ({"beside": ()}, {"after": found.before}):
         assert "vehicle file" not in sentence(SimpleNamespace(**{**vars(found), **same}))

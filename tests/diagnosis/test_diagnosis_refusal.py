@@ -8,7 +8,8 @@ import pytest
 import yaml
 from exact_simulation import fly
 
-from infotraj.diagnosis.gates.refusal import _explained, unanswered
+from infotraj.comparing.equation_error import EquationError
+from infotraj.diagnosis.gates.refusal import _explained, hardly_predicted, unanswered
 from infotraj.effects.actuators import ActuationDelay
 from infotraj.flight import Flight
 from infotraj.models import Model
@@ -44,3 +45,21 @@ def test_a_force_that_carries_the_weight_is_explained_whatever_its_changes_are_a
     made = [SimpleNamespace(measured=measured, residual=0.3 * rng.standard_normal((300, 6)), scored=scored)]
     assert _explained(made, 2) > 0.99
     assert _explained(made, 4) < 0.0
+
+
+def test_a_torque_is_hardly_predicted_where_less_than_half_goes_with_it_and_that_is_no_noise():
+    rng = np.random.default_rng(0)
+    predicted, noise = rng.standard_normal((2, 3000, 6))
+    some = dict(red=np.ones(6), unit={}, force_from="", window=0.15, reasons={}, left_out={})
+
+    def found(size, floor):
+        t = np.arange(3000) * 0.01
+        return hardly_predicted(
+            [EquationError(t, predicted + size * noise, predicted, floor=np.full(6, floor), **some)]
+        )
+
+    assert found(0.9, 0.01) == {}
+    shares = found(1.2, 0.01)
+    assert list(shares) == ["tx", "ty", "tz"]
+    assert shares["ty"] == pytest.approx(1.0 / (1.0 + 1.2**2), abs=0.04)
+    assert found(1.2, 0.5) == {}

@@ -49,7 +49,7 @@ def answer(**changed):
         model=SimpleNamespace(vehicle=vehicle, effects=()),
         errors_of=(),
         coherence=0.5 * ONES,
-        coherence_after=0.7 * ONES,
+        faint={},
         accepted=[],
         at_bound={},
         command_steps=1,
@@ -74,8 +74,7 @@ def test_an_error_stays_that_is_three_times_the_floor_of_the_new_model_on_a_judg
 
 
 def test_a_torque_that_hardly_goes_with_the_prediction_is_spoken_of():
-    shares = np.array([0.1, 0.1, 0.1, 0.51, 0.49, 0.1])
-    text = as_text(answer(coherence_after=shares, refused={"tz": "why"}))
+    text = as_text(answer(faint={"ty": 0.49, "tz": 0.1}, refused={"tz": "why"}))
     assert text.count("of the measured torque goes") == 1
     assert "ty: only 49 % of the measured torque goes with what the model predicts" in text
 
@@ -128,7 +127,7 @@ def test_doubts_refuse_warn_or_are_accepted():
     made = as_dict(answer(doubts=doubts, refused={"fx": "refuses"}))
     assert made["refused"] == {"motion": "refuses"}
     assert made["warnings"] == ["warns"]
-    assert made["axes"]["fx"] == {"judged": False, "reason": "refuses", "coherence": 0.5, "coherence_after": 0.7}
+    assert made["axes"]["fx"] == {"judged": False, "reason": "refuses", "coherence": 0.5}
     assert made["axes"]["fy"]["judged"]
 
 

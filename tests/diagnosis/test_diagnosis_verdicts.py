@@ -94,8 +94,8 @@ def test_another_inertia_altogether_is_not_named_where_little_of_the_torque_goes
     member = replace(found.member, effect=effect_class("inertia_error")(dyy=more))
     observation = SimpleNamespace(vehicle=VEHICLE, model=lambda m: Model(VEHICLE, [x.effect for x in m]))
     made = judge(search=SimpleNamespace(observation=observation))
-    of_axes = np.array([0.1, 0.1, 0.1, 0.1, share, 0.1])
-    verdict, reason = replace(made, coherence=of_axes)._doubt(replace(found, member=member))
+    faint = {"tx": 0.1, "tz": 0.1} | ({"ty": share} if share < 0.5 else {})
+    verdict, reason = replace(made, faint=faint)._doubt(replace(found, member=member))
     assert (verdict is None) == named
     if not named:
         assert reason.startswith(f"the inertia about y would be {times:.2g} times the file's")
@@ -117,12 +117,12 @@ def test_a_factor_of_the_torques_is_not_named_by_one_of_which_less_than_half_is_
     """Noise in what is predicted makes its factor smaller as well; a force tells the thrust apart from that."""
     found = judged(name, falls=falls)
     observation = SimpleNamespace(vehicle=VEHICLE, model=lambda m: Model(VEHICLE, []))
-    of_axes = np.array([0.1, 0.1, 0.1, 0.7, share, 0.1])
-    made = replace(judge(search=SimpleNamespace(observation=observation)), coherence=of_axes)
+    faint = {"tz": 0.1} | ({"ty": share} if share < 0.5 else {})
+    made = replace(judge(search=SimpleNamespace(observation=observation)), faint=faint)
     verdict, reason = made._doubt(found)
     assert (verdict is None) == named
     if not named:
-        assert reason.startswith("the torque about y tells it, of which only 40 % goes with the prediction")
+        assert reason.startswith("it shows most in the torque about y, of which only 40 % goes with the prediction")
 
 
 @pytest.mark.parametrize(

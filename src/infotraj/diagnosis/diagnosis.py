@@ -76,8 +76,9 @@ class Diagnosis:
     doubts: why axes cannot be judged, and what a reader must know; refused: those axes fx .. tz, with the reason;
     supported: names, one for each Supported effect and each Not separable group; model: with them added; errors_of: the
     standard errors of its effects, in the model's order; file: what the vehicle file should say; at_bound: labels of
-    effects whose numbers stopped at a physical bound, and how; coherence, coherence_after (6,): share of what was
-    measured that goes with the model as given, and with the new one; whole: the fit of the effects that predict; final:
+    effects whose numbers stopped at a physical bound, and how; coherence (6,): share of what was measured that
+    goes with the model as given; faint: axes of torque of which less than half goes with the new one, and that share;
+    whole: the fit of the effects that predict; final:
     that of the model that is given; beside: labels of its effects that are no finding and correct the file, for the
     named ones to hold; start, stop: s, the part of every flight that was used; healthy: what they were held against in
     place of the model.
@@ -89,7 +90,7 @@ class Diagnosis:
     doubts: tuple[Doubt, ...]
     refused: dict[str, str]
     coherence: Array
-    coherence_after: Array
+    faint: dict[str, float]
     before: Statistics
     after: Statistics
     model: Model
@@ -234,12 +235,12 @@ def diagnose(
         doubts,
         refused,
         refusal.coherence(as_given),
-        refusal.coherence(as_found),
+        refusal.hardly_predicted(as_found) if healthy is None else {},
         before,
         after,
         after_model,
         errors,
-        file_numbers(told, sure, doubted, asked.coherence(told)) if search.known else (),
+        file_numbers(told, sure, doubted, asked.faint(told)) if search.known else (),
         beyond_bounds(added, vehicle),
         search,
         told,

@@ -68,7 +68,7 @@ class Declared:
 
     kind: of numbers that are off together; "time" and "clock" are told no better than commands are stamped. deviation:
     standard deviation in a file that is right to 1 %, in usual sizes of the effect. words: what the number is called,
-    with {axis}, {place} and {rotor}; value: what is declared of it; alone: no other number of a file does the same.
+    with {axis}, {place} and {rotor}; value: what is declared of it; alone: hardly any other does the same.
     """
 
     kind: str

@@ -76,6 +76,16 @@ def coherence(made: Sequence[EquationError]) -> Array:
     return np.array([_going_with(made, i) if shown[i] else np.nan for i in range(6)])
 
 
+def hardly_predicted(made: Sequence[EquationError]) -> dict[str, float]:
+    """Axes of torque of which less than half of what was measured goes with a model's prediction, and that share.
+
+    Where the error is near the floor, what does not go with it is noise of the measured side.
+    """
+    shares, error = coherence(made), statistics(made)
+    far = error.rmse > _ABOVE_FLOOR * error.floor
+    return {a: float(shares[i]) for i, a in enumerate(AXES) if a[0] == "t" and far[i] and shares[i] < HALF_EXPLAINED}
+
+
 def _explained(made: Sequence[EquationError], i: int) -> float:
     """Share of the measured side of one axis that the prediction takes off: of a torque's variance, of a force squared,
     for what carries the vehicle was measured, too."""

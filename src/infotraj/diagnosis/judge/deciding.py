@@ -27,7 +27,6 @@ from infotraj.diagnosis.select.fit import Fit
 from infotraj.diagnosis.select.learned import straight
 from infotraj.diagnosis.select.search import Search
 from infotraj.progress import pieces, reached
-from infotraj.rotations import Array
 
 _STAY = 2  # of so many effects that the search took one stays
 _AGAIN = 10  # times its mean takes judging anew, where it comes
@@ -48,7 +47,7 @@ class Asked:
     start: float | None = None
     stop: float | None = None
     _left: dict[int, tuple[Fit, Unexplained]] = field(default_factory=dict)
-    _shares: dict[int, tuple[Fit, Array]] = field(default_factory=dict)
+    _faint: dict[int, tuple[Fit, dict[str, float]]] = field(default_factory=dict)
 
     def left(self, told: Fit) -> Unexplained:
         """Structure that a set leaves: what only effects explain that do not predict is left."""
@@ -61,22 +60,22 @@ class Asked:
 
     def judged(self, told: Fit, judged: Sequence[Judged]) -> tuple[tuple[Finding, ...], dict[str, Rival]]:
         """Findings of a set, and rivals that stand for a group."""
-        shares = self.coherence(told) if any(j.member.candidate.cls.scales_torques for j in judged) else None
+        faint = self.faint(told) if any(j.member.candidate.cls.scales_torques for j in judged) else {}
         judge = Judge(
-            self.search, told, judged, self.order, self.left(told), self.refused, self.matters, self.rng, shares
+            self.search, told, judged, self.order, self.left(told), self.refused, self.matters, self.rng, faint
         )
         return judge.findings(self.hidden)
 
-    def coherence(self, told: Fit) -> Array | None:
-        """Share (6,) of the measured forces and torques that goes with a set's prediction; None against healthy
-        flights, and where nothing can be tested."""
+    def faint(self, told: Fit) -> dict[str, float]:
+        """Axes of torque that a set hardly predicts, and the share that it does; none against healthy flights, nor
+        where nothing can be tested."""
         o = self.search.observation
         if o.healthy is not None or not self.search.known:
-            return None
-        if id(told) not in self._shares:
+            return {}
+        if id(told) not in self._faint:
             made = refusal.compared(o.model(straight(told)), [s.flight for s in o.samples], self.start, self.stop)
-            self._shares[id(told)] = told, refusal.coherence(made)
-        return self._shares[id(told)][1]
+            self._faint[id(told)] = told, refusal.hardly_predicted(made)
+        return self._faint[id(told)][1]
 
 
 def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:

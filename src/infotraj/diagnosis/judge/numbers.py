@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Container, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from infotraj.comparing.equation_error import AXES
-from infotraj.diagnosis.gates.refusal import HALF_EXPLAINED
 from infotraj.diagnosis.judge.evidence import moving, overdispersion
 from infotraj.diagnosis.linear.candidates import Candidate, places, slopes
 from infotraj.diagnosis.linear.observation import Member
@@ -31,7 +29,8 @@ class FileNumber:
     """What one number of the vehicle file should say. ordinary: within what this file's numbers are off by; unit: of
     value, declared and error, empty where they have none; takes: share of an axis' error of flights that were not
     fitted that goes with it, where that is most, and 0 where other numbers may stand for it; doubt: why the effect that
-    says it is in the set and not named, or that a torque tells it which the model hardly predicts."""
+    says it is in the set and not named, or that a torque tells it which the model hardly predicts; label: of that
+    effect, empty of a ratio."""
 
     name: str
     declared: float
@@ -41,11 +40,12 @@ class FileNumber:
     unit: str = ""
     takes: float = 0.0
     doubt: str = ""
+    label: str = ""
 
     @property
     def large(self) -> bool:
-        """Whether half of an axis' error goes with it."""
-        return self.takes > _HALF
+        """Whether half of an axis' error goes with it, for sure."""
+        return self.takes > _HALF and not self.doubt
 
 
 def values_of(m: Member) -> dict[str, Any]:
@@ -84,49 +84,50 @@ def by_parameter(m: Member, values: Array) -> dict[str, Any]:
 
 
 def file_numbers(
-    made: Fit, named: Container[str], doubted: Mapping[str, str] | None = None, coherence: Array | None = None
+    made: Fit, named: Container[str], doubted: Mapping[str, str] | None = None, faint: Mapping[str, float] | None = None
 ) -> tuple[FileNumber, ...]:
     """The numbers of the vehicle file, its clocks and frames, that these flights show to be off.
 
     named: effects that are named; doubted: why others are not. What is found and not named may be the file's as well:
-    it is told here, with the reason. coherence (6,): share of the measured forces and torques that goes with the
-    prediction.
+    it is told here, with the reason. faint: axes of torque that the set hardly predicts, and the share that it does.
     """
     vehicle = made.linear.observation.vehicle
     if made.linear.observation.healthy is not None:
         return ()
-    out = thrust_over_mass(made, named)
+    reasons, faint = doubted or {}, faint or {}
+    inside = {x: reasons.get(x.split()[0], "") for x in made.labels}
+    of_ratio = next((r for x, r in inside.items() if r and x in OF_THRUST_OVER_MASS), "")
+    out = [replace(n, doubt=of_ratio) for n in thrust_over_mass(made, named, faint=faint)]
     for c, theta, deviation, spike in _off(made, named):
-        rotor = dict(c.candidate.fixed).get("rotor", 0)
-        name, declared, per = c.candidate.cls.in_the_file(vehicle, c.place, rotor)
+        kind = c.candidate.cls.declared
+        assert kind is not None  # a number of the file is declared
+        name, declared, per = c.candidate.cls.in_the_file(vehicle, c.place, dict(c.candidate.fixed).get("rotor", 0))
         at = places(c.candidate, vehicle)[c.place]
         moved = at.value(at.absent + theta * c.scale)
         error = abs(deviation * per * c.scale) * at.slope(moved)
         value, unit = declared + per * (moved - at.absent), _unit(c.candidate, at.parameter, name)
-        ordinary, kind = bool(abs(theta) < ORDINARY * spike), c.candidate.cls.declared
-        own = np.array([x is c for x in made.linear.columns], dtype=float)
-        takes = _takes(made, own) if kind is not None and kind.alone else 0.0
-        doubt = (doubted or {}).get(c.candidate.name, "") if c.candidate.label in made.labels else ""
-        if not doubt and coherence is not None and kind is not None and kind.kind in _OF_PREDICTION:
-            doubt = _faint(made, own, coherence)
-        out.append(FileNumber(name, declared, value, float(error), ordinary, unit, takes, doubt))
+        ordinary, own = (
+            bool(abs(theta) < ORDINARY * spike),
+            np.array([x is c for x in made.linear.columns], dtype=float),
+        )
+        takes = _takes(made, own, faint) if kind.alone else 0.0
+        doubt = inside.get(c.candidate.label, "") or (_told_by(made, own, faint) if kind.kind in _OF_PREDICTION else "")
+        label = c.candidate.label
+        out.append(FileNumber(name, declared, value, float(error), ordinary, unit, takes, doubt, label))
     return tuple(out)
 
 
-def _faint(made: Fit, own: Array, coherence: Array) -> str:
-    """That less than half of the torque which tells a number, own (p,), goes with the prediction; empty if not.
+def _told_by(made: Fit, own: Array, faint: Mapping[str, float]) -> str:
+    """That a torque tells a number, own (p,), of which less than half goes with the prediction; empty if not.
 
     What cannot be predicted makes the factors of a prediction smaller, and moments of inertia larger (Fuller 1987).
     """
+    if not faint:
+        return ""
     k = 1 + int(np.argmax(own))
-    told = made.linear.sums.gram[:, :, k, k].sum(axis=1)
-    axis = made.linear.sums.axes[int(np.argmax(told))]
-    share = coherence[AXES.index(axis)] if axis in AXES and axis[0] == "t" else 1.0
-    return (
-        f"only {100 * share:.0f} % of the torque about {axis[1]} goes with the prediction"
-        if share < HALF_EXPLAINED
-        else ""
-    )
+    axis = made.linear.sums.axes[int(np.argmax(made.linear.sums.gram[:, :, k, k].sum(axis=1)))]
+    share = faint.get(axis)
+    return "" if share is None else f"only {100 * share:.0f} % of the torque about {axis[1]} goes with the prediction"
 
 
 def labels_of_file(made: Fit) -> list[str]:
@@ -153,12 +154,16 @@ def _off(made: Fit, named: Container[str]) -> Iterator[tuple[Column, float, floa
             yield c, float(theta), float(deviation[i]), float(spike[i])
 
 
-def _takes(made: Fit, along: Array) -> float:
-    """Share of an axis' error of flights that were not fitted that numbers along a direction (p,) take, at most."""
+def _takes(made: Fit, along: Array, faint: Container[str] = ()) -> float:
+    """Share of an axis' error of flights that were not fitted that numbers along a direction (p,) take, at most.
+
+    faint: axes that the model hardly predicts, of which a smaller prediction takes error as well.
+    """
     sums, each = made.linear.absent, made.solution.each
     without = each - np.outer(each @ along, along) / (along @ along)
-    before, left = (sums.plain_error(x)[moving(made)] for x in (without, each))
-    return float(np.max(1.0 - np.sqrt(left / np.maximum(before, 1e-300)), initial=0.0))
+    sure = moving(made) & np.array([a not in faint for a in sums.axes])
+    before, left = (np.maximum(sums.plain_error(x)[sure], 0.0) for x in (without, each))
+    return float(np.max(1.0 - np.sqrt(left[before > 0.0] / before[before > 0.0]), initial=0.0))
 
 
 def _unit(candidate: Candidate, parameter: str, name: str) -> str:
@@ -169,12 +174,15 @@ def _unit(candidate: Candidate, parameter: str, name: str) -> str:
     return "" if unit == "-" else unit
 
 
-def thrust_over_mass(made: Fit, named: Container[str] | None = None, scales: Scales | None = None) -> list[FileNumber]:
+def thrust_over_mass(
+    made: Fit, named: Container[str] | None = None, scales: Scales | None = None, faint: Container[str] = ()
+) -> list[FileNumber]:
     """By which factor the thrust of all rotors over the mass is off, where flights show it; none where a name says it.
 
     Accelerations tell the ratio, and hardly ever which of the two is off: each alone may be within its error.
     named: effects that are named, those of the fit where not given: what is in the fit and not named is told here.
-    scales: how far the file is off, to judge it by; as it was found to be where not given.
+    scales: how far the file is off, to judge it by; as it was found to be where not given. faint: axes that the model
+    hardly predicts.
     """
     linear = made.linear
     vehicle = linear.observation.vehicle
@@ -201,7 +209,7 @@ def thrust_over_mass(made: Fit, named: Container[str] | None = None, scales: Sca
         return []
     ordinary = abs(total) < ORDINARY * float(np.linalg.norm(weight * spike))
     factor = float(np.exp(total))
-    takes = 0.0 if scales else _takes(made, weight)
+    takes = 0.0 if scales else _takes(made, weight, faint)
     return [FileNumber(THRUST_OVER_MASS, 1.0, factor, error * factor, ordinary, takes=takes)]
 
 

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.judge.evidence import evidence
 from infotraj.diagnosis.judge.giving import Given
 from infotraj.diagnosis.judge.numbers import fitted_numbers, out_of_line, values_of
@@ -34,8 +35,9 @@ def with_ratio(
     if best not in made.beside or not out_of_line(told, named):
         return findings, made
     falls = {x: evidence(fit, x, rng) for x, fit in made.of_ratio.items()}
-    axis = max(falls[best].falls, key=lambda a: falls[best].falls[a], default="")
-    most = falls[best].falls.get(axis, 0.0)
+    forces = {a: x for a, x in falls[best].falls.items() if (refusal.axis_group(a) or "")[:1] == "f"}
+    axis = max(forces, key=lambda a: forces[a], default="")
+    most = forces.get(axis, 0.0)
     if most < _HALF:
         return findings, made
     group = [x for x, e in falls.items() if e.falls.get(axis, 0.0) >= _MOSTLY * most]

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from infotraj.comparing.equation_error import AXES
 from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.judge.evidence import Evidence, evidence_of_absent, larger_than_error, left_by_set
 from infotraj.diagnosis.judge.groups import Rival, rivals
@@ -22,7 +21,6 @@ from infotraj.diagnosis.select.predicting import TELLS
 from infotraj.diagnosis.select.prior import OF_THE_LOG
 from infotraj.diagnosis.select.search import Search
 from infotraj.progress import reached
-from infotraj.rotations import Array
 
 CONFIDENT = ("Supported", "Not separable")
 MATTERS = 0.05  # rise of the squared error, in units of the floor, below which an effect does not matter
@@ -53,8 +51,8 @@ _Alike = tuple[Member, dict[str, Any], Rival | None]  # a member of a group, its
 @dataclass(frozen=True)
 class Judge:
     """What verdicts are drawn from: the search, the set of effects that predict, all that was judged for it, names of
-    the catalogue, structure that is left, axes on which nothing can be said; coherence (6,): share of the measured
-    forces and torques that goes with the set's prediction, None where no moment of inertia is asked about."""
+    the catalogue, structure that is left, axes on which nothing can be said; faint: axes of torque of which less than
+    half goes with the set's prediction, and that share, where what makes torques larger as a whole is asked about."""
 
     search: Search
     whole: Fit
@@ -64,7 +62,7 @@ class Judge:
     refused: Mapping[str, str]
     matters: float
     rng: np.random.Generator
-    coherence: Array | None = None
+    faint: Mapping[str, float] = field(default_factory=dict)
 
     def findings(self, hidden: Mapping[str, str]) -> tuple[tuple[Finding, ...], dict[str, Rival]]:
         """One finding for each effect of the catalogue, in its order, and rivals that stand for a group, by name.
@@ -167,25 +165,22 @@ class Judge:
         Beside a moment that no name explains, and that the rotors hold against, a larger inertia makes their torque as
         small as what turns the vehicle. So do errors of what a regression is made of (Fuller 1987).
         """
-        if self.coherence is None or not j.member.candidate.cls.scales_torques:
+        if not (self.faint and j.member.candidate.cls.scales_torques):
             return ""
-        share = self.coherence[3:]
         most = max(j.evidence.falls, key=lambda a: j.evidence.falls[a], default="")
-        goes = share[AXES.index(most) - 3] if most in AXES[3:] else 1.0
-        if goes < refusal.HALF_EXPLAINED:
-            told = f"the torque about {most[1]} tells it, of which only {100 * goes:.0f} % goes with the prediction"
-            return f"{told}: it may stand for more"
+        unsure = "what is not predicted may make it so"
+        if most in self.faint:
+            share = f"only {100 * self.faint[most]:.0f} % goes with the prediction"
+            return f"it shows most in the torque about {most[1]}, of which {share}: {unsure}"
         o = self.search.observation
         inertia = o.model([j.member]).body_law.inertia
         times = np.diag(inertia) / np.diag(o.vehicle.inertia_matrix()) if inertia is not None else np.ones(3)
-        far = np.where(share < refusal.HALF_EXPLAINED, np.abs(np.log(times)), 0.0)
-        k = int(np.argmax(far))
-        if far[k] < _HALVES:
+        far = {a: float(times["xyz".index(a[1])]) for a in self.faint}
+        axis = max(far, key=lambda a: abs(np.log(far[a])))
+        if abs(np.log(far[axis])) < _HALVES:
             return ""
-        moment = f"the inertia about {'xyz'[k]} would be {times[k]:.2g} times the file's"
-        return (
-            f"{moment}; only {100 * share[k]:.0f} % of the torque there goes with the prediction: it may stand for more"
-        )
+        share = f"only {100 * self.faint[axis]:.0f} % of the torque there goes with the prediction"
+        return f"the inertia about {axis[1]} would be {far[axis]:.2g} times the file's; {share}: {unsure}"
 
     def _makes_up(self, j: Judged) -> str:
         """That a constant of a sensor is larger than the error which it would be a part of; empty if not.

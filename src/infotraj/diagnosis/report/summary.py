@@ -9,9 +9,9 @@ import numpy as np
 from infotraj.checking.acceptance import accepted_in, accepted_lines
 from infotraj.comparing.equation_error import AXES
 from infotraj.diagnosis.diagnosis import Diagnosis
-from infotraj.diagnosis.gates.refusal import HALF_EXPLAINED, axis_group
+from infotraj.diagnosis.gates.refusal import axis_group
 from infotraj.diagnosis.judge.giving import WORSE
-from infotraj.diagnosis.judge.numbers import FileNumber
+from infotraj.diagnosis.judge.numbers import THRUST_OVER_MASS, FileNumber
 from infotraj.diagnosis.judge.verdicts import Finding
 from infotraj.diagnosis.report.added_load import added_load
 from infotraj.diagnosis.report.reasons import about_takes, axis_in_words, why
@@ -68,13 +68,13 @@ def as_dict(found: Diagnosis) -> dict[str, Any]:
             for n, part in by_ratio(found.file)
         ],
         "stays": stays(found),
+        "faint": found.faint,
         "refused": {d.about: d.reason for d in found.doubts if d.counts},
         "axes": {
             axis: {
                 "judged": axis not in found.refused,
                 "reason": found.refused.get(axis),
                 "coherence": _number(found.coherence[i]),
-                "coherence_after": _number(found.coherence_after[i]),
             }
             for i, axis in enumerate(AXES)
         },
@@ -135,18 +135,12 @@ def _mended_by_file(found: Diagnosis) -> str:
     if not found.beside or found.healthy is not None:
         return ""
     goes = 1.0 - found.after.rmse / found.before.rmse * np.exp(_falls_by_name(found))
-    left_out = {*found.refused, *_unpredicted(found)}
-    axes = [i for i, a in enumerate(AXES) if a not in left_out and goes[i] > _MOST]
+    axes = [i for i, a in enumerate(AXES) if a not in (*found.refused, *found.faint) and goes[i] > _MOST]
     if not axes:
         return ""
     shares = [round(100.0 * float(goes[i])) for i in axes]
     of = f"{min(shares)} to {max(shares)} %" if min(shares) < max(shares) else f"{shares[0]} %"
     return f"{of} of it is gone on {', '.join(AXES[i] for i in axes)}"
-
-
-def _unpredicted(found: Diagnosis) -> list[str]:
-    """Axes of torque of which less than half of what was measured goes with the prediction of the new model."""
-    return [a for i, a in enumerate(AXES) if a[0] == "t" and found.coherence_after[i] < HALF_EXPLAINED]
 
 
 def _falls_by_name(found: Diagnosis) -> Array:
@@ -182,7 +176,8 @@ def sentence(found: Diagnosis) -> str:
     mended = _mended_by_file(found)
     if mended:
         first += f"; the numbers of your vehicle file make most of the error: corrected, {mended}"
-        most = [_number_of_file(n) for n in large if n.ordinary][:_FIRST]
+        corrects = [n for n in large if n.label in found.beside or n.name == THRUST_OVER_MASS]
+        most = [_number_of_file(n) for n in corrects if n.ordinary][:_FIRST]
         first += f", first of all {' and '.join(most)}" if most else ""
     if found.unexplained.found:
         where = ", ".join(list(dict.fromkeys(axis_in_words(s.axis) for s in found.unexplained.axes))[:3])
@@ -235,9 +230,9 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
             for axis in _worse(found)
         ]
     lines += [
-        f"{axis}: only {100 * found.coherence_after[i]:.0f} % of the measured torque goes with what the model predicts"
-        for i, axis in enumerate(AXES)
-        if axis in _unpredicted(found) and axis not in found.refused
+        f"{axis}: only {100 * share:.0f} % of the measured torque goes with what the model predicts"
+        for axis, share in found.faint.items()
+        if axis not in found.refused
     ]
     if found.file:
         lines.append("your vehicle file, as these flights have it:")
