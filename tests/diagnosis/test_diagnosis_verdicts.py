@@ -55,12 +55,16 @@ def test_an_effect_is_named_where_it_matters_predicts_is_sure_and_keeps_its_form
     assert words in reason
 
 
-def test_a_clock_that_takes_half_of_an_error_is_named_as_soon_as_it_is_likely():
+def test_a_clock_or_a_force_that_takes_half_of_an_error_is_named_as_soon_as_it_is_likely():
+    """A clock is no worse for a wrong file; a constant force is there, be it the air's or the level's."""
+
     def doubt(name, **changed):
         return judge()._doubt(judged(name, **changed))[0]
 
     assert doubt("time_offset", gain=0.8, probability=0.6) is None
+    assert doubt("steady_force", gain=0.8, probability=0.6) is doubt("rotor_lag", gain=0.8, probability=0.6) is None
     assert doubt("time_offset", gain=0.8, probability=0.4) == "Plausible"
+    assert doubt("com_offset", gain=0.8, probability=0.6) == "Plausible"
     assert doubt("time_offset", gain=0.6, probability=0.6) == "Plausible"
     assert doubt("linear_drag", gain=0.8, probability=0.6) == "Plausible"
 

@@ -227,7 +227,7 @@ def diagnose(
     numbers = dict(zip((m.candidate.label for m in surer.members), fitted_numbers(surer), strict=True))
     errors = tuple(numbers.get(m.candidate.label, {}) for m in added) if chosen else ()
     sure = {f.name for f in findings if f.verdict in CONFIDENT}
-    doubted = {f.name: f.reason for f in findings if f.verdict == "Plausible"}
+    unsure = {f.name: f.reason for f in findings if f.unsure}
     return Diagnosis(
         findings,
         supported,
@@ -240,7 +240,7 @@ def diagnose(
         after,
         after_model,
         errors,
-        file_numbers(told, sure, doubted, asked.faint(told)) if search.known else (),
+        file_numbers(told, sure, unsure, asked.faint(told)) if search.known else (),
         beyond_bounds(added, vehicle),
         search,
         told,

@@ -28,9 +28,8 @@ _SEEN = 3.0  # standard errors by which a file number must be off to be told
 class FileNumber:
     """What one number of the vehicle file should say. ordinary: within what this file's numbers are off by; unit: of
     value, declared and error, empty where they have none; takes: share of an axis' error of flights that were not
-    fitted that goes with it, where that is most, and 0 where other numbers may stand for it; doubt: why the effect that
-    says it is in the set and not named, or that a torque tells it which the model hardly predicts; label: of that
-    effect, empty of a ratio."""
+    fitted that goes with it, where that is most, and 0 where other numbers may stand for it; doubt: why it may be
+    wrong, though flights tell it with that error; label: of the effect that says it, empty of a ratio."""
 
     name: str
     declared: float
@@ -84,17 +83,17 @@ def by_parameter(m: Member, values: Array) -> dict[str, Any]:
 
 
 def file_numbers(
-    made: Fit, named: Container[str], doubted: Mapping[str, str] | None = None, faint: Mapping[str, float] | None = None
+    made: Fit, named: Container[str], unsure: Mapping[str, str] | None = None, faint: Mapping[str, float] | None = None
 ) -> tuple[FileNumber, ...]:
     """The numbers of the vehicle file, its clocks and frames, that these flights show to be off.
 
-    named: effects that are named; doubted: why others are not. What is found and not named may be the file's as well:
-    it is told here, with the reason. faint: axes of torque that the set hardly predicts, and the share that it does.
+    named: effects that are named. What is found and not named may be the file's as well: it is told here. unsure: why
+    numbers of effects may be wrong; faint: axes of torque that the set hardly predicts, and the share that it does.
     """
     vehicle = made.linear.observation.vehicle
     if made.linear.observation.healthy is not None:
         return ()
-    reasons, faint = doubted or {}, faint or {}
+    reasons, faint = unsure or {}, faint or {}
     inside = {x: reasons.get(x.split()[0], "") for x in made.labels}
     of_ratio = next((r for x, r in inside.items() if r and x in OF_THRUST_OVER_MASS), "")
     out = [replace(n, doubt=of_ratio) for n in thrust_over_mass(made, named, faint=faint)]

@@ -33,7 +33,8 @@ _CHANGES = 1.0  # form error with which a number changes by as much as it is lar
 
 @dataclass(frozen=True)
 class Finding:
-    """One effect: its verdict, group, evidence, and numbers where it was fitted. `reason`: why, in words."""
+    """One effect: its verdict, group, evidence, and numbers where it was fitted. `reason`: why, in words; unsure: that
+    is, that these numbers may be wrong, not only whether they are of an effect or of the file."""
 
     name: str
     verdict: str
@@ -43,6 +44,7 @@ class Finding:
     standard_errors: dict[str, Any]
     reason: str = ""
     instances: tuple[dict[str, Any], ...] = ()
+    unsure: bool = False
 
 
 _Alike = tuple[Member, dict[str, Any], Rival | None]  # a member of a group, its standard errors, and its fit
@@ -103,7 +105,8 @@ class Judge:
         name, label = m.candidate.name, m.candidate.label
         verdict, reason = self._doubt(j)
         if verdict is not None:
-            return [(Finding(name, verdict, (name,), found, values_of(m), errors, reason), None)]
+            unsure = reason in (self._faint(j), self._makes_up(j))
+            return [(Finding(name, verdict, (name,), found, values_of(m), errors, reason, unsure=unsure), None)]
         alike = [r for r in rivals(self.search, self.whole, label, self.matters) if r.label.split()[0] != name]
         members: list[_Alike] = [(m, errors, None)]
         for r in alike:
@@ -143,10 +146,11 @@ class Judge:
         # Physics without a name is there in every second: what resembles it a little is sure, and predicts little.
         if not j.needed:
             return "Plausible", _little(e)
-        # A clock is no further off where the file is: what takes half of an error off with it is named.
+        # A clock is no further off where the file is, and what no other number does is there in any case, an effect's
+        # or the file's: what takes half of an error off with it is named.
         declared = j.member.candidate.cls.declared
-        of_log = declared is not None and declared.kind in OF_THE_LOG
-        least = _LIKELY if of_log and e.gain >= _HALVES else SURE
+        sure_of_number = declared is not None and (declared.kind in OF_THE_LOG or declared.alone)
+        least = _LIKELY if sure_of_number and e.gain >= _HALVES else SURE
         if e.probability < least or e.selected < SURE:
             chance = f"{100 * e.probability:.0f} % probable, better on {100 * e.selected:.0f} % of the resamples"
             return "Plausible", f"{chance} of flights that were not fitted"
