@@ -202,16 +202,18 @@ def rise_beside(whole: Fit, chosen: tuple[int, ...], mine: Sequence[int], near: 
 
 
 def larger_than_error(whole: Fit, label: str) -> float:
-    """How many times larger an effect of a set is than the error of the model as given, on the axis where it is most.
+    """How many times larger an effect of a set is than the error of the model as given, where that is most.
 
-    A constant that is there is a part of that error.
+    Of sensors against one another, on which nothing of the vehicle acts: a constant that is there is a part of that
+    error. 0 where no two sensors tell.
     """
     sums = whole.linear.absent
+    sensors = np.array([refusal.axis_group(a) is None for a in sums.axes])
     mine = [i for i, c in enumerate(whole.linear.columns) if c.candidate.label == label]
     theta, at = whole.solution.theta[mine], [1 + i for i in mine]
     moved = np.einsum("afij,i,j->a", sums.believed[:, :, at][:, :, :, at], theta, theta)
     given = sums.believed[:, :, 0, 0].sum(axis=1)
-    return float(np.sqrt(np.max(moved / np.maximum(given, 1e-300))))
+    return float(np.sqrt(np.max((moved / np.maximum(given, 1e-300))[sensors], initial=0.0)))
 
 
 def left_by_set(whole: Fit, chosen: tuple[int, ...] | None = None) -> Array:

@@ -27,7 +27,6 @@ MATTERS = 0.05  # rise of the squared error, in units of the floor, below which 
 _HALVES = float(np.log(2.0))  # the same, by half of one axis
 _LIKELY = 0.5
 _AS_WELL = 0.05  # of the error that a group's members leave: less is no reason to prefer one
-_LARGER = 1.25  # times the error of the model as given: a constant that is there is no larger than that
 _CHANGES = 1.0  # form error with which a number changes by as much as it is large
 
 
@@ -187,7 +186,7 @@ class Judge:
         return f"the inertia about {axis[1]} would be {far[axis]:.2g} times the file's; {share}: {unsure}"
 
     def _makes_up(self, j: Judged) -> str:
-        """That a constant of a sensor is larger than the error which it would be a part of; empty if not.
+        """That a constant of a sensor is larger than the error, against another, that it would be part of; else empty.
 
         Then other numbers put on what it takes off: a frame of the IMU that is taken as turned makes the gravity lean.
         """
@@ -195,8 +194,8 @@ class Judge:
         if not (cls.place == "measurement" and cls.linear):
             return ""
         times = larger_than_error(self.whole, j.member.candidate.label)
-        made_up = f"it is {times:.2g} times the error that it would be a part of: it makes up for other numbers"
-        return made_up if times > _LARGER else ""
+        made_up = f"it is {times:.2g} times the error of the sensors that it would be a part of"
+        return f"{made_up}: it makes up for other numbers" if times > 1.0 else ""
 
     def _beside_more(self, e: Evidence) -> str:
         """That more of what goes with the motion is left than the effect takes off, where it acts most; empty if not.
