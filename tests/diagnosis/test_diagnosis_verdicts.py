@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from linear_fits import ROWS, VEHICLE, linear_fit
 
-from infotraj.diagnosis.judge.evidence import Evidence, larger_than_error
+from infotraj.diagnosis.judge.evidence import Evidence, beside_sensors
 from infotraj.diagnosis.judge.needed import Judged
 from infotraj.diagnosis.judge.unexplained import Structure, Unexplained
 from infotraj.diagnosis.judge.verdicts import Finding, Judge, named
@@ -58,11 +58,14 @@ def test_an_effect_is_named_where_it_matters_predicts_is_sure_and_keeps_its_form
 def test_a_clock_or_a_force_that_takes_half_of_an_error_is_named_as_soon_as_it_is_likely():
     """A clock is no worse for a wrong file; a constant force is there, be it the air's or the level's."""
 
-    def doubt(name, **changed):
-        return judge()._doubt(judged(name, **changed))[0]
+    def doubt(name, healthy=None, **changed):
+        search = SimpleNamespace(observation=SimpleNamespace(healthy=healthy))
+        return judge(search=search)._doubt(judged(name, **changed))[0]
 
     assert doubt("time_offset", gain=0.8, probability=0.6) is None
     assert doubt("steady_force", gain=0.8, probability=0.6) is doubt("rotor_lag", gain=0.8, probability=0.6) is None
+    # Held against healthy flights it is no matter of the file.
+    assert doubt("rotor_lag", "some", gain=0.8, probability=0.6) == "Plausible"
     assert doubt("time_offset", gain=0.8, probability=0.4) == "Plausible"
     assert doubt("com_offset", gain=0.8, probability=0.6) == "Plausible"
     assert doubt("time_offset", gain=0.6, probability=0.6) == "Plausible"
@@ -133,27 +136,34 @@ def test_a_factor_of_the_torques_is_not_named_by_one_of_which_less_than_half_is_
     ("name", "put_on", "axis", "named"),
     [
         ("accelerometer_bias", 0.0, "push x", True),
+        ("accelerometer_bias", -0.1, "push x", True),
         ("accelerometer_bias", -0.95, "push x", False),
         ("accelerometer_bias", -0.95, "fx", True),
         ("battery_sag", -0.95, "push x", True),
     ],
 )
-def test_a_constant_of_a_sensor_is_no_larger_than_its_error_against_another(name, put_on, axis, named):
-    """A column of size 1 beside a noise of 0.3: alone 1 / hypot(1, 0.3); where another number takes off nearly as much
-    1 / hypot(0.05, 0.95 * 0.2, 0.3). Of a force other numbers may have made up for it."""
+def test_a_constant_of_a_sensor_is_a_part_of_its_error_against_another(name, put_on, axis, named):
+    """A column of size 1 beside a noise of 0.3, of which another number takes off a part: 1 / hypot(1 - part, 0.3).
+
+    Where that is nearly all of it no error is left to take off. Of a force other numbers may have made up for it.
+    """
 
     def rows(rng, _):
         x = rng.standard_normal((ROWS, 3))
-        x[:, 2] = x[:, 1] + 0.2 * x[:, 2]
+        x[:, 2] = x[:, 1] + 0.05 * x[:, 2]
         x[:, 0] = 0.3 * x[:, 0] + x[:, 1] + put_on * x[:, 2]
         return x
 
     search, whole = linear_fit([name, "com_offset"], rows, [name, "com_offset"], (axis,))
-    times = 0.0 if axis == "fx" else 0.96 if put_on == 0.0 else 2.78
-    assert larger_than_error(whole, name) == pytest.approx(times, rel=0.08)
+    whole = replace(whole, solution=replace(whole.solution, theta=np.array([1.0, put_on])))
+    search.observation = whole.linear.observation
+    times, fall = beside_sensors(whole, name)
+    size = np.hypot(1.0 + put_on, 0.3)
+    assert times == pytest.approx(0.0 if axis == "fx" else 1.0 / size, rel=0.05)
+    assert fall == pytest.approx(0.0 if axis == "fx" else np.log(size / 0.3), abs=0.05)
     verdict, reason = judge(whole, search=search)._doubt(judged(name))
     assert (verdict is None) == named
-    assert named or "makes up for other numbers" in reason
+    assert named or "it offsets others" in reason
 
 
 def one_axis(sizes, chosen, names=("linear_drag", "quadratic_drag", "com_offset"), scale=1.0):

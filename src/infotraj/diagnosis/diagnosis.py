@@ -227,7 +227,7 @@ def diagnose(
     numbers = dict(zip((m.candidate.label for m in surer.members), fitted_numbers(surer), strict=True))
     errors = tuple(numbers.get(m.candidate.label, {}) for m in added) if chosen else ()
     sure = {f.name for f in findings if f.verdict in CONFIDENT}
-    unsure = {f.name: f.reason for f in findings if f.unsure}
+    unsure = {f.name: f"{f.name}: {f.reason}" for f in findings if f.unsure}
     return Diagnosis(
         findings,
         supported,

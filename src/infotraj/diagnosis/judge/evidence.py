@@ -201,19 +201,23 @@ def rise_beside(whole: Fit, chosen: tuple[int, ...], mine: Sequence[int], near: 
     return float(rise[acts(sums, mine, whole.solution.theta, before)].max(initial=0.0))
 
 
-def larger_than_error(whole: Fit, label: str) -> float:
-    """How many times larger an effect of a set is than the error of the model as given, where that is most.
+def beside_sensors(whole: Fit, label: str) -> tuple[float, float]:
+    """How many times larger an effect of a set is than the error, as given, of sensors against one another, and by what
+    logarithm that error falls with the set; on the axis where it is largest, and (0, 0) where no two sensors tell.
 
-    Of sensors against one another, on which nothing of the vehicle acts: a constant that is there is a part of that
-    error. 0 where no two sensors tell.
+    Nothing of the vehicle acts there: a constant of a sensor is a part of that error.
     """
     sums = whole.linear.absent
     sensors = np.array([refusal.axis_group(a) is None for a in sums.axes])
     mine = [i for i, c in enumerate(whole.linear.columns) if c.candidate.label == label]
     theta, at = whole.solution.theta[mine], [1 + i for i in mine]
-    moved = np.einsum("afij,i,j->a", sums.believed[:, :, at][:, :, :, at], theta, theta)
-    given = sums.believed[:, :, 0, 0].sum(axis=1)
-    return float(np.sqrt(np.max((moved / np.maximum(given, 1e-300))[sensors], initial=0.0)))
+    moved = np.einsum("afij,i,j->a", sums.believed[:, :, at][:, :, :, at], theta, theta) * sensors
+    k = int(np.argmax(moved))
+    if not moved[k] > 0.0:
+        return 0.0, 0.0
+    without = np.zeros_like(whole.solution.each)
+    fall = np.log(sums.believed_error(without)[k] / max(sums.believed_error(whole.solution.each)[k], 1e-300))
+    return float(np.sqrt(moved[k] / max(sums.believed[k, :, 0, 0].sum(), 1e-300))), 0.5 * float(fall)
 
 
 def left_by_set(whole: Fit, chosen: tuple[int, ...] | None = None) -> Array:

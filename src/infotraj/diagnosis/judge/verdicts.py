@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from infotraj.diagnosis.gates import refusal
-from infotraj.diagnosis.judge.evidence import Evidence, evidence_of_absent, larger_than_error, left_by_set
+from infotraj.diagnosis.judge.evidence import Evidence, beside_sensors, evidence_of_absent, left_by_set
 from infotraj.diagnosis.judge.groups import Rival, rivals
 from infotraj.diagnosis.judge.needed import SURE, Judged
 from infotraj.diagnosis.judge.numbers import fitted_numbers, values_of
@@ -145,10 +145,12 @@ class Judge:
         # Physics without a name is there in every second: what resembles it a little is sure, and predicts little.
         if not j.needed:
             return "Plausible", _little(e)
-        # A clock is no further off where the file is, and what no other number does is there in any case, an effect's
-        # or the file's: what takes half of an error off with it is named.
+        # A clock is no further off where the file is, and what hardly any other number does is there in any case, an
+        # effect's or the file's: what takes half of an error off with it is named.
         declared = j.member.candidate.cls.declared
-        sure_of_number = declared is not None and (declared.kind in OF_THE_LOG or declared.alone)
+        sure_of_number = declared is not None and (
+            declared.kind in OF_THE_LOG or (declared.alone and self.search.observation.healthy is None)
+        )
         least = _LIKELY if sure_of_number and e.gain >= _HALVES else SURE
         if e.probability < least or e.selected < SURE:
             chance = f"{100 * e.probability:.0f} % probable, better on {100 * e.selected:.0f} % of the resamples"
@@ -186,16 +188,18 @@ class Judge:
         return f"the inertia about {axis[1]} would be {far[axis]:.2g} times the file's; {share}: {unsure}"
 
     def _makes_up(self, j: Judged) -> str:
-        """That a constant of a sensor is larger than the error, against another, that it would be part of; else empty.
+        """That a constant of a sensor is as large as all that the sensor is off against another, and takes little of
+        that off; empty if not.
 
-        Then other numbers put on what it takes off: a frame of the IMU that is taken as turned makes the gravity lean.
+        Then it offsets other numbers: a frame of the IMU that is taken as turned makes the gravity lean.
         """
         cls = j.member.candidate.cls
         if not (cls.place == "measurement" and cls.linear):
             return ""
-        times = larger_than_error(self.whole, j.member.candidate.label)
-        made_up = f"it is {times:.2g} times the error of the sensors that it would be a part of"
-        return f"{made_up}: it makes up for other numbers" if times > 1.0 else ""
+        times, fall = beside_sensors(self.whole, j.member.candidate.label)
+        if times < 1.0 or fall >= TELLS:
+            return ""
+        return f"it is {times:.3g} times what the sensors are off against one another, and it stays: it offsets others"
 
     def _beside_more(self, e: Evidence) -> str:
         """That more of what goes with the motion is left than the effect takes off, where it acts most; empty if not.

@@ -11,7 +11,7 @@ from infotraj.comparing.equation_error import AXES
 from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.gates.refusal import axis_group
 from infotraj.diagnosis.judge.giving import WORSE
-from infotraj.diagnosis.judge.numbers import THRUST_OVER_MASS, FileNumber
+from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS, THRUST_OVER_MASS, FileNumber
 from infotraj.diagnosis.judge.verdicts import Finding
 from infotraj.diagnosis.report.added_load import added_load
 from infotraj.diagnosis.report.reasons import about_takes, axis_in_words, why
@@ -176,7 +176,8 @@ def sentence(found: Diagnosis) -> str:
     mended = _mended_by_file(found)
     if mended:
         first += f"; the numbers of your vehicle file make most of the error: corrected, {mended}"
-        corrects = [n for n in large if n.label in found.beside or n.name == THRUST_OVER_MASS]
+        ratio = any(x.split()[0] in (*OF_THRUST_OVER_MASS, "rotor_effectiveness") for x in found.beside)
+        corrects = [n for n in large if n.label in found.beside or (n.name == THRUST_OVER_MASS and ratio)]
         most = [_number_of_file(n) for n in corrects if n.ordinary][:_FIRST]
         first += f", first of all {' and '.join(most)}" if most else ""
     if found.unexplained.found:
