@@ -40,7 +40,7 @@ def test_runs_and_flights_are_counted(tmp_path):
     changed.write_text(TABLE)
     text = " ".join(trusted([written(tmp_path / "runs.csv", rows)], changed).split())
     assert "named right in **2 of 3** runs (beside 3 %: 1 of 2)" in text
-    assert "with nothing hidden **1 of 2** gave a name" in text
+    assert "with nothing hidden **1 of 2** gave a wrong name" in text
     assert "**1 of 1** right" in text
     assert "named in **5 of 6**, and 1 wrong names came from 9 changed and 5 healthy flights" in text
 

@@ -27,8 +27,8 @@ def trusted(runs: Sequence[Path], changed: Path) -> str:
     simulated = (
         "- Simulated, on seeds that no version had seen, mostly with rough logs or a vehicle file wrong by 3 %: "
         f"a single effect was named right in **{_share(single)}** runs (beside 3 %: {_share(beside)}), and with "
-        f"nothing hidden **{alarms} of {len(nothing)}** gave a name. Physics that the catalogue lacks is the weak "
-        f"side: **{_share(unlisted)}** right. The runs, their dates and what changed since: "
+        f"nothing hidden **{alarms} of {len(nothing)}** gave a wrong name. Physics that the catalogue lacks is the "
+        f"weak side: **{_share(unlisted)}** right. The runs, their dates and what changed since: "
         "[docs/hidden_effects_results.md](docs/hidden_effects_results.md)."
     )
     real = (
