@@ -9,10 +9,11 @@ import yaml
 from exact_simulation import fly
 from scipy.spatial.transform import Rotation
 
-from infotraj.diagnosis.judge.features import LAGS, bins, memory, named, random_features
+from infotraj.diagnosis.judge.features import BIN, LAGS, bins, memory, named, pasts, random_features, speeding, turning
 from infotraj.diagnosis.measure.residual import flight_samples
 from infotraj.flight import Flight
 from infotraj.models import Model
+from infotraj.models.recorded import Samples
 from infotraj.vehicle import load_vehicle
 
 FILE = Path(__file__).parents[2] / "config/vehicles/omav.yaml"
@@ -61,6 +62,57 @@ def test_what_the_vehicle_pushed_before_is_seen_from_where_it_is_now(flown):
         before = ROWS - round(lag / 0.005)
         world = turned[before].apply(table[["ax", "ay", "az"]].to_numpy()[before])
         np.testing.assert_allclose(found[:, k], turned[ROWS].inv().apply(world), atol=0.05)
+
+
+def test_how_the_vehicle_was_to_turn_before_is_seen_in_its_own_axes(flown):
+    table, samples, prediction, _ = flown
+    found = turning(prediction, table["t"].to_numpy()[ROWS]).reshape(len(ROWS), len(LAGS), 3)
+    for k, lag in enumerate(LAGS):
+        np.testing.assert_allclose(found[:, k], prediction.angular_acceleration[ROWS - round(lag / 0.005)], atol=1e-6)
+
+
+def rotors(speed, t, count=1):
+    recorded, vehicle = SimpleNamespace(t=t, rotor=Samples(t, speed)), SimpleNamespace(rotors=(None,) * count)
+    return SimpleNamespace(prepared=SimpleNamespace(recorded=recorded, vehicle=vehicle))
+
+
+def test_a_rotor_that_slows_down_and_one_that_speeds_up_are_told_apart_and_a_steady_one_says_nothing():
+    t = np.arange(0.0, 8.0, 0.005)
+    swing = np.sin(np.pi * t)
+    found = speeding(rotors(np.stack([500.0 + 50.0 * swing, 500.0 - 50.0 * swing, 0 * t + 300.0], axis=1), t), t[400:])
+    found = found.reshape(-1, 2, 3)
+    grows = np.cos(np.pi * t[400:])
+    plain = np.abs(grows) > 0.7
+    for of_lag in found.swapaxes(0, 1):
+        assert np.all((np.sign(of_lag[:, 0]) == np.sign(grows))[plain])
+        assert np.all((np.sign(of_lag[:, 1]) == -np.sign(grows))[plain])
+        assert np.abs(of_lag[:, 0]).max() < 1.3  # 1 times the square of the speed, which is 1.2 at its largest
+        assert not of_lag[:, 2].any()
+
+
+def test_which_way_a_rotor_goes_is_held_against_lags_of_a_tenth_and_three_tenths_of_a_second():
+    """A speed that grows evenly is ahead of a lag by its slope times the time constant."""
+    t = np.arange(0.0, 4.0, 0.002)
+    speed = np.where(t < 2.0, 100.0, 100.0 + 10.0 * (t - 2.0))
+    found = speeding(rotors(speed[:, None], t), np.array([1.0, 3.5]))
+    late = [np.where(t < 2.0, 0.0, 10.0 * lag * (1.0 - np.exp(-(t - 2.0) / lag))) for lag in (0.1, 0.3)]
+    expected = [np.interp(3.5, t, speed**2 / np.mean(speed**2) * np.tanh(2.0 * x / x.std())) for x in late]
+    np.testing.assert_allclose(found, [[0.0, 0.0], expected], atol=2e-3)
+
+
+def test_a_commanded_wrench_has_no_rotors_that_could_speed_up():
+    t = np.arange(0.0, 2.0, 0.01)
+    assert speeding(rotors(np.ones((len(t), 6)), t, 0), t[::5]).shape == (40, 0)
+
+
+def test_what_was_before_comes_in_three_groups(flown):
+    table, samples, prediction, _ = flown
+    time = table["t"].to_numpy()[ROWS] + BIN / 4
+    force, turn, speed = pasts(samples, prediction, time)
+    np.testing.assert_array_equal(force, memory(samples, prediction, time))
+    np.testing.assert_array_equal(turn, turning(prediction, time))
+    np.testing.assert_array_equal(speed, speeding(samples, time))
+    assert speed.shape == (len(ROWS), 2 * 12)
 
 
 def test_samples_are_gathered_over_50_ms_and_not_across_a_gap():

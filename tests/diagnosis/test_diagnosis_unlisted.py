@@ -14,6 +14,7 @@ UNLISTED = {
     "magnetic_torque": {"torque": [0.0, 0.0, 0.3]},
     "flexible_arm": {"rotor": 2, "tip_mass": 0.25, "frequency": 7.0, "damping_ratio": 0.03},
     "slosh": {"mass": 0.4, "place": [0.0, 0.0, -0.05], "frequency": 1.2, "damping_ratio": 0.05},
+    "thrust_hysteresis": {"fraction": 0.03, "half_width": 25.0},
     "wall_wake": {"place": 1.3, "range": 0.5, "pull": 2.0, "sink": 1.0, "torque": [0.0, 0.15, 0.0]},
 }
 

@@ -50,7 +50,7 @@ def as_sensed(recorded: Recorded, rows: Sequence[Array], lag: float) -> list[Arr
             sensed += [at_rows, mean]
             continue
         step = np.diff(recorded.t)[:, None]
-        out = _filtered(np.exp(-step[:, 0] / lag), at_rows, forcing)
+        out = filtered(np.exp(-step[:, 0] / lag), at_rows, forcing)
         averaged = np.full_like(mean, np.nan)
         averaged[:-1] = mean[:-1] - lag * np.diff(out, axis=0) / step
         sensed += [out, averaged]
@@ -84,7 +84,11 @@ def shares(length, lag, basis):
 
 
 @njit(cache=True)
-def _filtered(decay, values, forcing):
+def filtered(decay, values, forcing):
+    """A filter of first order from row to row (n, c): what decays of it, by `decay` (n - 1,), and `forcing` (n - 1, c).
+
+    It starts settled on the first of `values` (n, c).
+    """
     out = np.empty_like(values)
     for c in range(values.shape[1]):
         out[0, c] = values[0, c]

@@ -11,11 +11,14 @@ from infotraj.diagnosis.measure.residual import Channel, FlightSamples
 from infotraj.models import Prediction
 from infotraj.models.interpolation import interpolate
 from infotraj.models.recorded import Samples
+from infotraj.models.sensor_lag import filtered
 from infotraj.rotations import Array
 
 BIN = 0.05  # s: what is looked for is slower than this
 LAGS = np.arange(0.1, 1.25, 0.1)  # s: a load that swings answers to what the vehicle did before
 _RANDOM = 120
+_LATELY = (0.1, 0.3)  # s: lags of the speed that a rotor's speed is held against
+_SURE = 2.0  # times the usual change of a rotor's speed: which way it goes is plain there
 
 
 @dataclass(frozen=True)
@@ -72,6 +75,11 @@ def named(samples: FlightSamples, prediction: Prediction, time: Array) -> dict[s
     return {k: v for k, v in out.items() if np.isfinite(v).all()}
 
 
+def pasts(samples: FlightSamples, prediction: Prediction, time: Array) -> tuple[Array, ...]:
+    """What the vehicle did before, in groups (N, d): its force, its turning, and which way each rotor's speed goes."""
+    return memory(samples, prediction, time), turning(prediction, time), speeding(samples, time)
+
+
 def memory(samples: FlightSamples, prediction: Prediction, time: Array) -> Array:
     """Predicted specific force 0.1 to 1.2 s ago, in today's body axes, (N, 3 x lags); none without an attitude."""
     attitude = samples.prepared.recorded.attitude
@@ -83,6 +91,32 @@ def memory(samples: FlightSamples, prediction: Prediction, time: Array) -> Array
     return np.concatenate(
         [rotations.to_body(now, interpolate(prediction.t, world, time - lag)) for lag in LAGS], axis=1
     )
+
+
+def turning(prediction: Prediction, time: Array) -> Array:
+    """Predicted angular acceleration 0.1 to 1.2 s ago, (N, 3 x lags): a load that is carried answers to turns, too."""
+    turn = np.nan_to_num(prediction.angular_acceleration)
+    return np.concatenate([interpolate(prediction.t, turn, time - lag) for lag in LAGS], axis=1)
+
+
+def speeding(samples: FlightSamples, time: Array) -> Array:
+    """Which way each rotor's speed goes, -1 to 1, from what it was over 0.1 and 0.3 s, times its square, which a thrust
+    goes with, (N, rotors x 2); (N, 0) where a wrench is commanded.
+
+    A thrust that depends on its past (play, hysteresis, air that follows late) differs between speeds that grow and
+    speeds that fall.
+    """
+    r = samples.prepared.recorded
+    if not samples.prepared.vehicle.rotors:
+        return np.zeros((len(time), 0))
+    speed, steps = r.rotor.at(r.t), np.diff(r.t)
+    thrust, out = speed**2 / np.maximum(np.mean(speed**2, axis=0), 1e-12), []
+    for lag in _LATELY:
+        decay = np.exp(-steps / lag)
+        change = speed - filtered(decay, speed, (1.0 - decay)[:, None] * speed[1:])
+        way = thrust * np.tanh(_SURE * change / np.maximum(change.std(axis=0), 1e-9))
+        out.append((interpolate(r.t, way, time - BIN / 4) + interpolate(r.t, way, time + BIN / 4)) / 2)
+    return np.concatenate(out, axis=1)
 
 
 def random_features(columns: Array, rng: np.random.Generator, lengthscale: float) -> Array:

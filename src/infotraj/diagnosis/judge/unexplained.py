@@ -1,8 +1,8 @@
 """Whether structured error is left that no effect of the model explains, where it is, and what it goes with.
 
 What is left of the fitted model, file numbers corrected, is averaged over 50 ms and predicted on held-out
-flights from named quantities, from what the vehicle did in the last second, and from random features of the motion (a
-Gaussian process by its features). Turbulence and sensor noise cannot be predicted so, whatever their colour; an effect
+flights from named quantities, from what the vehicle and its rotors did in the last second, and from random features of
+the motion (a Gaussian process by its features). Turbulence and sensor noise cannot be predicted so, whatever their colour; an effect
 that nobody listed can. It matters as an effect does: by the rise of the weighted error that it makes, or of the error
 itself. Bands weigh by what the model explains, so that what it does not may weigh next to nothing.
 """
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from infotraj.comparing.floor import white_noise
-from infotraj.diagnosis.judge.features import BIN, bins, memory, named, random_features
+from infotraj.diagnosis.judge.features import BIN, bins, named, pasts, random_features
 from infotraj.diagnosis.linear.observation import Observation
 from infotraj.diagnosis.linear.sums import WINDOW
 from infotraj.diagnosis.noise.spectra import BANDS, Spectrum, binned, spectra
@@ -146,7 +146,7 @@ class _Table:
 
 
 def _table(o: Observation, left, predictions, name: str, rng: np.random.Generator) -> _Table:
-    targets, sides, tables, memories, folds, where = [], [], [], [], [], []
+    targets, sides, tables, before, folds, where = [], [], [], [], [], []
     axes: tuple[str, ...] = ()
     for number, s in enumerate(o.samples):
         for place, channel in enumerate(s.channels):
@@ -161,13 +161,13 @@ def _table(o: Observation, left, predictions, name: str, rng: np.random.Generato
                 np.zeros_like(targets[-1]) if name != "rate" or rate is None else _binned_change(rate, gathered.time)
             )
             tables.append(named(s, predictions[number], gathered.time))
-            memories.append(memory(s, predictions[number], gathered.time))
+            before.append(pasts(s, predictions[number], gathered.time))
             folds.append(o.blocks.fold[o.blocks.at(number, gathered.time)])
             where.append((number, place, gathered))
     names = [n for n in tables[0] if all(n in t for t in tables)]
     plain = np.concatenate([np.stack([t[n] for n in names], axis=1) for t in tables])
-    width = min(m.shape[1] for m in memories)  # 0 where a flight has no attitude to look back with
-    past = np.concatenate([m[:, :width] for m in memories])
+    # Of width 0 where a flight has no attitude to look back with, or the vehicle no rotors.
+    past = [np.concatenate([x[:, : min(x.shape[1] for x in of)] for x in of]) for of in zip(*before, strict=True)]
     z = (plain - plain.mean(axis=0)) / np.maximum(plain.std(axis=0), 1e-9)
     moves = plain.std(axis=0) > 1e-6 * np.maximum(np.abs(plain).max(axis=0), 1e-12)
     where_it_is = [k for k, n in enumerate(names) if n in ("px", "py", "pz") and moves[k]]
@@ -177,7 +177,7 @@ def _table(o: Observation, left, predictions, name: str, rng: np.random.Generato
         if moves[k]
         and n.split()[0] in ("px", "py", "pz", "vx", "vy", "vz", "R13", "R23", "R33", "R11", "R21", "wx", "wy", "wz")
     ]
-    parts = [np.column_stack([z[:, moves], np.ones(len(z))]), _standard(past)]
+    parts = [np.column_stack([z[:, moves], np.ones(len(z))]), *map(_standard, past)]
     if where_it_is:
         parts.append(random_features(z[:, where_it_is], rng, 0.7))
     if motion:
