@@ -73,6 +73,15 @@ def test_an_opposite_prediction_is_said_to_be_one_and_what_follows_is_left():
     assert every.axes == AXES
 
 
+def test_a_side_force_that_no_rotor_makes_is_not_asked_of_the_commands():
+    """A centre of mass that is not where the file has it predicts one that a turn makes, and of the other sign."""
+    made, noise = signals()
+    predicted = made.copy()
+    predicted[:, :2] *= -1.0
+    assert found(made + noise, predicted) == []
+    assert "fx (-1.00), fy (-1.00)" in found(made + noise, predicted, OMAV)[0].reason
+
+
 def test_two_torques_that_are_not_those_of_the_commands_are_a_doubt_and_quiet_ones_are_none():
     made, noise = signals()
     predicted = made.copy()

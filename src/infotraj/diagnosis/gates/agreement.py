@@ -32,7 +32,11 @@ _HARDLY_LATE = (-0.03, 0.08)  # s, where what turns a vehicle at once is looked 
 
 
 def contradictions(errors: Sequence[EquationError], vehicle: Vehicle) -> list[Doubt]:
-    """`commands`: prediction unrelated or opposite to what was measured; `time stamps`: response before cause."""
+    """`commands`: prediction unrelated or opposite to what was measured; `time stamps`: response before cause.
+
+    Asked of the axes on which actuators act: what a file says of others, as by a centre of mass that is not where it
+    has it, tells nothing of them.
+    """
     if not errors:
         return []
     step = max(0.01, float(np.median(np.concatenate([np.diff(e.t) for e in errors]))))
@@ -43,6 +47,8 @@ def contradictions(errors: Sequence[EquationError], vehicle: Vehicle) -> list[Do
     faint: dict[str, float] = {}
     loud = 0
     for i, axis in enumerate(AXES):
+        if axis not in reached(vehicle):
+            continue
         pairs = [p for e in errors if (p := _even(e, i, step)) is not None]
         floor = [x for e in errors if np.isfinite(x := _noise(e, i))]
         if not pairs or not floor:
