@@ -117,6 +117,8 @@ def test_another_inertia_altogether_is_not_named_where_little_of_the_torque_goes
         ("thrust_scale", {"fz": 0.5, "ty": 0.4}, 0.4, True),
         ("moment_scale", {"ty": 0.4}, 0.4, False),
         ("inertia_error", {"ty": 0.4}, 0.4, False),
+        ("angular_damping", {"ty": 0.4}, 0.4, False),
+        ("angular_damping", {"ty": 0.4}, 0.6, True),
         ("com_offset", {"ty": 0.4}, 0.4, True),
     ],
 )

@@ -100,7 +100,7 @@ class Effect(ABC):
     shifts: ClassVar[bool] = False  # of actuators: at rest they are elsewhere than their commands, not late alone
     damps_turns: ClassVar[bool] = False  # by the air's velocity at the rotors, arm by arm: where they are matters
     balance: ClassVar[bool] = False  # of a rigid body: changes what torques a vehicle that stays level needs
-    scales_torques: ClassVar[bool] = False  # as a whole, about an axis or all: noise in what is predicted does so, too
+    like_commands: ClassVar[bool] = False  # scales torques as a whole, or is fed back: noise of inputs does so, too
     declared: ClassVar[Declared | None] = None  # its numbers are numbers of the vehicle file or of the log's clocks
 
     if TYPE_CHECKING:

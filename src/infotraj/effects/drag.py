@@ -93,6 +93,7 @@ class AngularDamping(Effect):
     needs_to_act = ("rate",)
     source = "Padfield, Helicopter Flight Dynamics (2007), 4.3.1 (rate damping derivatives)"
     linear = True
+    like_commands = True
 
     @classmethod
     def scale(cls, vehicle: Vehicle, parameter: Parameter) -> float:

@@ -61,7 +61,7 @@ class InertiaError(Effect):
     )
     needs = ("inertia", "rate")
     source = "Euler's equations of motion"
-    scales_torques = True
+    like_commands = True
     _place: ClassVar[dict[str, int]] = {"dxx": 0, "dyy": 1, "dzz": 2}
 
     @classmethod

@@ -24,7 +24,7 @@ class ThrustScale(Effect):
     parameters = (Parameter("factor", "-", 0.1, (0.5, 2.0), absent=1.0, meaning="true thrust per modelled thrust"),)
     factor: float
     source = "T = k_F w^2; Leishman, Principles of Helicopter Aerodynamics, 2.4 (thrust coefficient)"
-    scales_torques = True
+    like_commands = True
 
     @classmethod
     def whole(cls, vehicle: Vehicle, parameter: Parameter) -> float:
@@ -105,7 +105,7 @@ class MomentScale(Effect):
     needs_to_act = ("reaction torque",)
     source = "Leishman, Principles of Helicopter Aerodynamics, 2.4 (torque coefficient)"
     hidden_when = "coaxial pairs turn at equal speed: their reaction torques cancel"
-    scales_torques = True
+    like_commands = True
     declared = Declared("moment", 1 / 15, "moment_constant of all rotors, factor", 1.0)  # 2 %
 
     @classmethod

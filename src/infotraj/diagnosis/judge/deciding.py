@@ -60,7 +60,7 @@ class Asked:
 
     def judged(self, told: Fit, judged: Sequence[Judged]) -> tuple[tuple[Finding, ...], dict[str, Rival]]:
         """Findings of a set, and rivals that stand for a group."""
-        faint = self.faint(told) if any(j.member.candidate.cls.scales_torques for j in judged) else {}
+        faint = self.faint(told) if any(j.member.candidate.cls.like_commands for j in judged) else {}
         judge = Judge(
             self.search, told, judged, self.order, self.left(told), self.refused, self.matters, self.rng, faint
         )
