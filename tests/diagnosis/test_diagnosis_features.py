@@ -65,7 +65,7 @@ def test_what_the_vehicle_pushed_before_is_seen_from_where_it_is_now(flown):
 
 
 def test_how_the_vehicle_was_to_turn_before_is_seen_in_its_own_axes(flown):
-    table, samples, prediction, _ = flown
+    table, _, prediction, _ = flown
     found = turning(prediction, table["t"].to_numpy()[ROWS]).reshape(len(ROWS), len(LAGS), 3)
     for k, lag in enumerate(LAGS):
         np.testing.assert_allclose(found[:, k], prediction.angular_acceleration[ROWS - round(lag / 0.005)], atol=1e-6)
