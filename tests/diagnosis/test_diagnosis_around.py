@@ -166,6 +166,16 @@ def test_a_number_is_as_far_off_as_files_are_once_and_an_effect_that_corrects_it
     assert now._slab(Scales(3.0)) == pytest.approx([SLAB, SLAB])
 
 
+def test_the_frame_of_the_imu_is_no_further_off_where_the_file_is():
+    """Nor is a clock, which is off by as much beside an exact file."""
+    assert [Scales(c).of("frame") for c in (0.05, 1.0, 9.0)] == [0.05, 1.0, 1.0]
+    assert [Scales(c).of("clock") for c in (0.05, 1.0, 9.0)] == [1.0, 1.0, 1.0]
+    assert [Scales(c).of("inertia") for c in (0.05, 9.0)] == [0.05, 9.0]
+    declared = effect_class("imu_misalignment").declared
+    assert declared is not None
+    assert declared.kind == "frame"
+
+
 def test_a_file_may_be_corrected_below_the_least_that_an_effect_may_be():
     now = two()
     column = replace(now.columns[0], low=0.0, lowest=-3.0)

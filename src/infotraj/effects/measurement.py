@@ -57,7 +57,7 @@ class ImuMisalignment(Effect):
     rotvec: Array
     needs = ("gyro", "accelerometer")
     source = "Titterton and Weston, Strapdown Inertial Navigation Technology, 12 (mounting misalignment)"
-    declared = Declared("frame", 3 / 10, "frame of the IMU, turned about {axis} by")  # 0.3 deg: screws and glue
+    declared = Declared("frame", 1 / 10, "frame of the IMU, turned about {axis} by")  # 0.1 deg
     hidden_when = "rates and specific force are derived, not measured"
 
     def imu(self, law: ImuLaw) -> ImuLaw:

@@ -28,8 +28,9 @@ CHANGED = 3.4  # the same of what differs from healthy flights: it is asked wher
 STATE = 2.0  # nats of a number that is found for one flight: it is told to an eighth of what it may be
 SCALES = (0.05, 0.3, 1.0, 3.0, 9.0)  # of all numbers of a file together, times what their effects say (`Declared`)
 KIND_SPREAD = 0.4  # standard deviation of the logarithm by which a kind's scale differs from the common one
-OF_THE_LOG = ("clock", "mount", "frame")
+OF_THE_LOG = ("clock", "mount")
 _AS_EVER = (*OF_THE_LOG, "air")  # kinds that are no worse for what a file says of the vehicle
+_FRAME = "frame"  # the same, but as exact as the file where that is exact
 _STAMP = 0.1  # of the time between commands: their stamps are hardly more exact
 
 
@@ -46,6 +47,8 @@ class Scales:
 
     def of(self, kind: str) -> float:
         """The scale of a kind."""
+        if kind == _FRAME:
+            return min(1.0, self.common)
         return 1.0 if kind in _AS_EVER and self.common > 0.0 else self.kinds.get(kind, self.common)
 
     def times(self, factor: float) -> Scales:
