@@ -28,6 +28,7 @@ _RIDGES = np.append(10.0 ** np.arange(-1.0, 5.5, 0.5), np.inf)
 _SHIFTS = 12
 _TERMS = 3
 _LEAST_SHARE = 0.05
+_LEAST_OF_GROUP = 0.02  # of the square, that a group of features predicts at least: the chances of several add up
 _LOUD = 10.0
 
 
@@ -244,7 +245,9 @@ class _Stages:
         alone = [float(np.sum((y - self._stage(g, y)) ** 2)) for g in self.groups]
         fitted = np.zeros(len(y))
         for k in np.argsort(alone):
-            fitted += self._stage(self.groups[k], y - fitted)
+            more = self._stage(self.groups[k], y - fitted)
+            if np.sum((y - fitted) ** 2) - np.sum((y - fitted - more) ** 2) > _LEAST_OF_GROUP * np.sum(y**2):
+                fitted += more
         return float(1.0 - np.sum((y - fitted) ** 2) / np.sum(y**2)), fitted
 
     def _stage(self, group: Sequence[tuple[NDArray, Array, Array, Array]], y: Array) -> Array:
