@@ -14,7 +14,7 @@ from infotraj.diagnosis.linear.healthy import Healthy
 from infotraj.diagnosis.noise.spectra import Spectrum
 from infotraj.diagnosis.select.around import _column, balanced, in_balance
 from infotraj.diagnosis.select.learned import _as_files_are, _before, _usual, learned, scattered
-from infotraj.diagnosis.select.prior import SLAB, Scales, file_only
+from infotraj.diagnosis.select.prior import SLAB, Scales, file_only, spikes
 from infotraj.diagnosis.select.reading import sparse
 from infotraj.diagnosis.select.scaling import scaled
 from infotraj.diagnosis.select.swinging import _variant, shape_of
@@ -167,13 +167,12 @@ def test_a_number_is_as_far_off_as_files_are_once_and_an_effect_that_corrects_it
 
 
 def test_the_frame_of_the_imu_is_no_further_off_where_the_file_is():
-    """Nor is a clock, which is off by as much beside an exact file."""
-    assert [Scales(c).of("frame") for c in (0.05, 1.0, 9.0)] == [0.05, 1.0, 1.0]
-    assert [Scales(c).of("clock") for c in (0.05, 1.0, 9.0)] == [1.0, 1.0, 1.0]
-    assert [Scales(c).of("inertia") for c in (0.05, 9.0)] == [0.05, 9.0]
-    declared = effect_class("imu_misalignment").declared
-    assert declared is not None
-    assert declared.kind == "frame"
+    """A tenth of a degree, where tilts are nine times as far off; as exact as a file that is exact."""
+    frame, tilts = (Candidate(effect_class(n), effect_class(n).parameters) for n in ("imu_misalignment", "servo_bias"))
+    sizes = [(frame, 0.0175), (tilts, 0.0175)]
+    of_frame, of_tilts = np.array([spikes(sizes, Scales(c), 0.0, VEHICLE) for c in (0.05, 1.0, 9.0)]).T
+    np.testing.assert_allclose(of_frame / of_frame[1], [0.05, 1.0, 1.0])
+    np.testing.assert_allclose(of_tilts / of_tilts[1], [0.05, 1.0, 9.0])
 
 
 def test_a_file_may_be_corrected_below_the_least_that_an_effect_may_be():

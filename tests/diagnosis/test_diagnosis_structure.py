@@ -40,6 +40,13 @@ def test_what_features_say_is_predicted_on_folds_that_were_not_fitted():
     assert _Stages([few, random(3, 60)], FOLD).held_out(y)[0] > share - 0.01
 
 
+def test_a_group_that_predicts_less_than_a_fiftieth_has_no_part():
+    x, rest = random(0, 1), random(1)
+    little, more = (np.sqrt(s) * x[:, 0] + np.sqrt(1.0 - s) * rest for s in (0.01, 0.05))
+    assert _Stages([x], FOLD).held_out(little)[0] == 0.0
+    assert _Stages([x], FOLD).held_out(more)[0] == pytest.approx(0.05, abs=0.02)
+
+
 def test_noise_is_not_predicted_and_neither_is_what_holds_in_one_fold_alone():
     x = random(0, 40)
     assert _Stages([x], FOLD).held_out(random(1))[0] < 0.02

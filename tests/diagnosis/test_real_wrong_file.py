@@ -35,6 +35,7 @@ def test_a_centre_of_mass_that_is_not_where_the_file_has_it_refuses_no_flight(tm
     assert not [d for d in doubts(model, used) if d.counts]
     found = diagnose(model, used)
     assert "linear_drag" in found.supported
+    assert "suspended_load" not in found.supported
     assert found.finding("linear_drag").parameters["d"][1] == pytest.approx(0.0133, rel=0.15)
     left = found.after.rmse / found.before.rmse
     assert left[2] < 0.3

@@ -68,7 +68,8 @@ class Declared:
 
     kind: of numbers that are off together; "time" and "clock" are told no better than commands are stamped. deviation:
     standard deviation in a file that is right to 1 %, in usual sizes of the effect. words: what the number is called,
-    with {axis}, {place} and {rotor}; value: what is declared of it; alone: hardly any other does the same.
+    with {axis}, {place} and {rotor}; value: what is declared of it; alone: hardly any other does the same; most: of a
+    file that is off by more percent it is no further off.
     """
 
     kind: str
@@ -76,6 +77,7 @@ class Declared:
     words: str
     value: float = 0.0
     alone: bool = False
+    most: float = float("inf")
 
 
 class Effect(ABC):
@@ -100,7 +102,7 @@ class Effect(ABC):
     shifts: ClassVar[bool] = False  # of actuators: at rest they are elsewhere than their commands, not late alone
     damps_turns: ClassVar[bool] = False  # by the air's velocity at the rotors, arm by arm: where they are matters
     balance: ClassVar[bool] = False  # of a rigid body: changes what torques a vehicle that stays level needs
-    like_commands: ClassVar[bool] = False  # scales torques as a whole, or is fed back: noise of inputs does so, too
+    like_commands: ClassVar[bool] = False  # scales torques, or goes with rates that are fed back: as noise of inputs
     declared: ClassVar[Declared | None] = None  # its numbers are numbers of the vehicle file or of the log's clocks
 
     if TYPE_CHECKING:

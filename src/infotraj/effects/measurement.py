@@ -57,7 +57,7 @@ class ImuMisalignment(Effect):
     rotvec: Array
     needs = ("gyro", "accelerometer")
     source = "Titterton and Weston, Strapdown Inertial Navigation Technology, 12 (mounting misalignment)"
-    declared = Declared("frame", 1 / 10, "frame of the IMU, turned about {axis} by")  # 0.1 deg
+    declared = Declared("angle", 1 / 10, "frame of the IMU, turned about {axis} by", most=1.0)  # 0.1 deg, of a mount
     hidden_when = "rates and specific force are derived, not measured"
 
     def imu(self, law: ImuLaw) -> ImuLaw:

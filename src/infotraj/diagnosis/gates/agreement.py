@@ -34,8 +34,8 @@ _HARDLY_LATE = (-0.03, 0.08)  # s, where what turns a vehicle at once is looked 
 def contradictions(errors: Sequence[EquationError], vehicle: Vehicle) -> list[Doubt]:
     """`commands`: prediction unrelated or opposite to what was measured; `time stamps`: response before cause.
 
-    Asked of the axes on which actuators act: what a file says of others, as by a centre of mass that is not where it
-    has it, tells nothing of them.
+    Of an axis on which no actuator acts a disagreement tells nothing of the commands: a centre of mass that is not
+    where the file has it makes one.
     """
     if not errors:
         return []
@@ -45,10 +45,8 @@ def contradictions(errors: Sequence[EquationError], vehicle: Vehicle) -> list[Do
     against: dict[str, float] = {}
     unrelated: dict[str, float] = {}
     faint: dict[str, float] = {}
-    loud = 0
+    loud, acts = 0, reached(vehicle)
     for i, axis in enumerate(AXES):
-        if axis not in reached(vehicle):
-            continue
         pairs = [p for e in errors if (p := _even(e, i, step)) is not None]
         floor = [x for e in errors if np.isfinite(x := _noise(e, i))]
         if not pairs or not floor:
@@ -75,7 +73,7 @@ def contradictions(errors: Sequence[EquationError], vehicle: Vehicle) -> list[Do
                 continue
         if predicted < _COMPARABLE * measured:
             faint |= {axis: fits} if fits < LEAST else {}
-        elif fits < LEAST:
+        elif fits < LEAST and axis in acts:
             opposite = -r.min() > 0.6 and abs(lags[int(r.argmin())]) < 0.1
             (against if opposite else unrelated)[axis] = float(r.min()) if opposite else fits
         elif r.max() > _CLEAR:

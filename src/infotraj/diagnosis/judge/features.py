@@ -76,7 +76,7 @@ def named(samples: FlightSamples, prediction: Prediction, time: Array) -> dict[s
 
 
 def pasts(samples: FlightSamples, prediction: Prediction, time: Array) -> tuple[Array, ...]:
-    """What the vehicle did before, in groups (N, d): its force, its turning, and which way each rotor's speed goes."""
+    """What the vehicle did before, in groups (N, d): its force, its turning, and which way each rotor's input goes."""
     return memory(samples, prediction, time), turning(prediction, time), speeding(samples, time)
 
 
@@ -94,14 +94,15 @@ def memory(samples: FlightSamples, prediction: Prediction, time: Array) -> Array
 
 
 def turning(prediction: Prediction, time: Array) -> Array:
-    """Predicted angular acceleration 0.1 to 1.2 s ago, (N, 3 x lags): a load that is carried answers to turns, too."""
+    """Predicted angular acceleration 0.1 to 1.2 s ago, in the body axes of then, (N, 3 x lags): a load that is carried
+    answers to turns, too."""
     turn = np.nan_to_num(prediction.angular_acceleration)
     return np.concatenate([interpolate(prediction.t, turn, time - lag) for lag in LAGS], axis=1)
 
 
 def speeding(samples: FlightSamples, time: Array) -> Array:
-    """Which way each rotor's speed goes, -1 to 1, from what it was over 0.1 and 0.3 s, times its square, which a thrust
-    goes with, (N, rotors x 2); (N, 0) where a wrench is commanded.
+    """Which way each rotor's input goes, -1 to 1, from what it was over 0.1 and 0.3 s, times its square, as a thrust
+    grows with it, (N, rotors x 2); (N, 0) where a wrench is commanded.
 
     A thrust that depends on its past (play, hysteresis, air that follows late) differs between speeds that grow and
     speeds that fall.

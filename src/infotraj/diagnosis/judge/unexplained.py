@@ -233,8 +233,9 @@ def _axis(table: _Table, ridge: _Stages, i: int) -> tuple[str, tuple, Array]:
 class _Stages:
     """Ridge regression of any target (N,) on groups of features, each on what the groups before it leave.
 
-    Fitted on all folds but one and tested on that one. Each group has a ridge of its own, or no part: what a few
-    features say is not lost among hundreds of others. The group that says most alone comes first.
+    Fitted on all folds but one and tested on that one. Each group has a ridge of its own, or no part
+    where it predicts less than a fiftieth: what a few features say is not lost among hundreds of others. The group that
+    says most alone comes first.
     """
 
     def __init__(self, groups: Sequence[Array], fold: NDArray) -> None:

@@ -164,8 +164,8 @@ class Judge:
         return ("Plausible", beside) if beside else (None, "")
 
     def _faint(self, j: Judged) -> str:
-        """That what changes a predicted torque as a whole, or what a controller makes it of, is told by a torque of
-        which less than half goes with that prediction, or is another moment of inertia altogether there; empty if not.
+        """That what changes a predicted torque as a whole, or goes with what is fed back, is told by a torque of which
+        less than half goes with that prediction, or is another moment of inertia altogether there; empty if not.
 
         Beside a moment that no name explains, and that the rotors hold against, a larger inertia makes their torque as
         small as what turns the vehicle. So do errors of what a regression is made of (Fuller 1987). What they take off

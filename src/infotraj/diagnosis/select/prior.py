@@ -30,7 +30,6 @@ SCALES = (0.05, 0.3, 1.0, 3.0, 9.0)  # of all numbers of a file together, times 
 KIND_SPREAD = 0.4  # standard deviation of the logarithm by which a kind's scale differs from the common one
 OF_THE_LOG = ("clock", "mount")
 _AS_EVER = (*OF_THE_LOG, "air")  # kinds that are no worse for what a file says of the vehicle
-_FRAME = "frame"  # the same, but as exact as the file where that is exact
 _STAMP = 0.1  # of the time between commands: their stamps are hardly more exact
 
 
@@ -47,8 +46,6 @@ class Scales:
 
     def of(self, kind: str) -> float:
         """The scale of a kind."""
-        if kind == _FRAME:
-            return min(1.0, self.common)
         return 1.0 if kind in _AS_EVER and self.common > 0.0 else self.kinds.get(kind, self.common)
 
     def times(self, factor: float) -> Scales:
@@ -77,8 +74,8 @@ def spikes(owners: Sequence[tuple[Candidate, float]], scales: Scales, command_st
     for i, (candidate, size) in enumerate(owners):
         if candidate.cls.declared is None:
             continue
-        kind = candidate.cls.declared.kind
-        out[i] = scales.of(kind) * candidate.cls.declared_deviation(vehicle, size)
+        kind, most = candidate.cls.declared.kind, candidate.cls.declared.most
+        out[i] = min(scales.of(kind), most) * candidate.cls.declared_deviation(vehicle, size)
         if kind in ("time", "clock"):
             out[i] = np.hypot(out[i], _STAMP * command_step / abs(size))
     return out
