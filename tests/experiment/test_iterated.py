@@ -194,5 +194,6 @@ def test_a_run_is_flown_answered_and_not_made_twice(tmp_path):
     assert all(1 <= len(score[arm]) <= 2 for arm in ARMS)
     assert file_of(VEHICLE, short.files, partial(of, short, run)).mass != VEHICLE.mass
     # A motion that speeds up and slows down tells a mass from a thrust; the hover of the task does not.
-    assert score["first"]["what"] == "open"
+    assert score["first"]["supported"] == []
     assert score["designed"][-1]["what"] == "right"
+    assert score["designed"][-1]["supported"] == ["mass_offset"]
