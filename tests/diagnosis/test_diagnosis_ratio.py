@@ -1,31 +1,18 @@
 """Thrust over mass that is further off than in any file is a finding, on real flights of a coaxial octorotor."""
 
-import os
-from pathlib import Path
-
 import pytest
+from real_cases import cut, used
 
 from infotraj.diagnosis.diagnosis import diagnose
-from infotraj.diagnosis.gates.observing import observe
-from infotraj.experiment.real.answering import admit
-from infotraj.experiment.real.cases import cut_case, missing, read_cases
-from infotraj.models.file import load_model
 
-CONFIG = Path(__file__).parents[2] / "config"
 NAMES = {"coaxial_loss", "thrust_scale", "mass_offset"}
 
 
 @pytest.mark.long
 def test_thrust_that_coaxial_pairs_lose_is_named_as_one_group(tmp_path):
     """The X8 hovers with 21 to 26 N where its weight is 18.8 N; which of three names it is no hover tells."""
-    case = read_cases(CONFIG / "studies/real_table.yaml").get("acsl_x8")
-    absent = missing(case, Path(os.environ.get("INFOTRAJ_DATA", "data")))
-    if absent:
-        pytest.skip(absent)
-    cut_case(case, tmp_path)
-    model = load_model(CONFIG / case.model)
-    used, _ = admit(case.fit, tmp_path, model.vehicle, lambda flight: observe(model, [flight]))
-    found = diagnose(model, used)
+    case, model = cut("acsl_x8", tmp_path)
+    found = diagnose(model, used(case, tmp_path, model))
     (name,) = NAMES & set(found.supported)
     finding = found.finding(name)
     assert set(finding.group) == NAMES
