@@ -20,7 +20,7 @@ class Reading:
     """One reading of the attitude: `true(q)` (n, 4) from the declared q; `what` finishes "the attitude ..."; `settings`
     are what an import declares where it is so.
 
-    `half`: only one of body and world has other axes than declared."""
+    `half`: only one of body and world has other axes than declared, and that is rare."""
 
     code: str
     name: str
@@ -63,6 +63,11 @@ def _scaled_euler(factor: float, second_start: bool = False) -> Callable[[Array]
 
 
 _IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
+# Turns about z that take the declared axes to the true ones: a world or a tracked body that was set up another way.
+_QUARTERS = tuple(
+    (degrees, axes, rotations.from_euler(0.0, 0.0, np.deg2rad(degrees)))
+    for degrees, axes in ((90, "-y, x, z"), (-90, "y, -x, z"), (180, "-x, -y, z"))
+)
 
 READINGS: tuple[Reading, ...] = (
     Reading("", "declared", "is as declared", (), lambda q: q),
@@ -145,5 +150,17 @@ READINGS: tuple[Reading, ...] = (
         ("attitude.world=[x, -y, -z]",),
         _both(HALF_TURN_X, _IDENTITY),
         half=True,
+    ),
+    *(
+        Reading(
+            "attitude_frame",
+            f"{side} turned by {degrees}",
+            f"is that of a {side} whose x and y axes are turned by {degrees} degrees about z",
+            (f"attitude.{side}=[{axes}]",),
+            _both(turn, _IDENTITY) if side == "world" else _both(_IDENTITY, rotations.conjugate(turn)),
+            half=side == "world",
+        )
+        for degrees, axes, turn in _QUARTERS
+        for side in ("world", "body")
     ),
 )

@@ -64,16 +64,21 @@ def offset(stream: Stream, predicted: Array, centres: Array, block: Array, width
     x, y = series[:, good], predicted[good]
     x = x - x.mean(axis=1, keepdims=True)
     y = y - y.mean(axis=0)
-    first = _squares(x - y, index, len(labels))
+    rest = x - y
+    turned = _turned(x, y) if x.shape[2] == 3 else rest
+    # A frame that is turned looks like a lag: what leaves less than half, turned as it fits best, is turned.
+    if _least(turned) < 0.5 * _least(rest):
+        rest = turned
+    first = _squares(rest, index, len(labels))
     best = int(np.argmin(first.sum(axis=(1, 2))))
-    noise = ((x[best] - y) ** 2).mean(axis=0) + (1e-3 * x[best].std(axis=0)) ** 2 + 1e-30
+    noise = (rest[best] ** 2).mean(axis=0) + (1e-3 * x[best].std(axis=0)) ** 2 + 1e-30
     curve = (first / noise).sum(axis=2)
     found = minimum(shifts, curve)
     if found is None:
         return None
     lag, error = found
     at = int(np.argmin(np.abs(shifts - lag)))
-    unexplained = float(((x[at] - y) ** 2).sum() / (x[at] ** 2).sum())
+    unexplained = float((rest[at] ** 2).sum() / (x[at] ** 2).sum())
     if error > MOST_ERROR or unexplained > MOST_UNEXPLAINED:
         return None
     segments = by_segments(shifts, curve, labels)
@@ -81,10 +86,23 @@ def offset(stream: Stream, predicted: Array, centres: Array, block: Array, width
     return Offset(lag, error, unexplained, segments, drift, drift_error)
 
 
+def one_clock(a: Offset | None, b: Offset | None) -> bool:
+    """Whether two channels lag by the same, as far as is known of both."""
+    return a is not None and b is not None and abs(a.lag - b.lag) < max(TIMES_ERROR * np.hypot(a.error, b.error), STEP)
+
+
 def offset_findings(
-    known: Offset | None, what: str, behind: str, code: str, columns: tuple[str, ...], step: float, tolerated: float
+    known: Offset | None,
+    what: str,
+    behind: str,
+    code: str,
+    columns: tuple[str, ...],
+    step: float,
+    tolerated: float,
+    along: tuple[str, ...] = (),
 ) -> list[Finding]:
     """Findings about one lag. `step` (s) is the time between rows; `tolerated` (s) the largest lag that is only noted.
+    `along`: columns of another channel of the same clock, which a shift moves as well.
 
     A lag is reported beyond four standard errors and half a row (and 2.5 ms); one that varies where one lag for all
     segments has p < 1e-4 and the segments differ by more than 20 ms; a drift beyond four standard errors and 10 ms.
@@ -103,7 +121,7 @@ def offset_findings(
         "drift_standard_error": known.drift_error,
     }
     late = "late" if known.lag > 0 else "early"
-    settings = (shift_setting(CHANNEL_OF[columns], known.lag),)
+    settings = tuple(shift_setting(CHANNEL_OF[c], known.lag) for c in (columns, along) if c)
     if abs(known.lag) > least and abs(known.lag) > TIMES_ERROR * known.error:
         found.append(
             Finding(
@@ -113,7 +131,7 @@ def offset_findings(
                 "looks like a delay or a lag of the vehicle; derivatives of one do not fit the other",
                 command(settings),
                 sure=_sure(abs(known.lag) / max(known.error, 1e-9)),
-                channels=columns,
+                channels=columns + along,
                 values=values,
                 settings=settings,
             )
@@ -148,6 +166,18 @@ def offset_findings(
             )
         )
     return found
+
+
+def _least(rest: Array) -> float:
+    """The least sum of squares (shifts, n, k) over the shifts."""
+    return float((rest**2).sum(axis=(1, 2)).min())
+
+
+def _turned(x: Array, y: Array) -> Array:
+    """x (shifts, n, 3) less y (n, 3) turned by the rotation that fits best at each shift (Kabsch 1976)."""
+    u, _, v = np.linalg.svd(np.einsum("sni,nj->sij", x, y))
+    u[:, :, 2] *= np.sign(np.linalg.det(u @ v))[:, None]
+    return x - y @ np.swapaxes(u @ v, 1, 2)
 
 
 def _squares(rest: Array, index: NDArray[np.intp], blocks: int) -> Array:

@@ -22,7 +22,7 @@ CHECKED = (
     "accelerometer_clock_offset", "accelerometer_clock_varies", "accelerometer_clock_drift",
     "response_before_command", "response_too_late", "response_lag",
     "dead_stream", "stuck", "held", "dead_column", "wrapped", "sign_flips", "quantised", "contradiction",
-    "rates_unexplained", "estimate_diverged",
+    "rates_unexplained", "velocity_unexplained", "acceleration_unexplained", "estimate_diverged",
     "time_backwards", "duplicate_times", "time_not_finite", "gaps", "jitter", "spikes", "saturated",
     "impossible_command", "pose_jump", "no_flight", "airborne_flag", "low_flight",
     "reference_not_followed",

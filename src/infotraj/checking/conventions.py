@@ -31,7 +31,8 @@ from infotraj.checking.settings import command
 TOLERATED = {"rate": 0.03, "velocity": 0.05, "force": 0.7}  # rad/s, m/s, m/s^2
 FAR_BETTER = float(np.log(3.0))  # of the product of the variances that are left
 SURE = 0.99
-MOST_UNEXPLAINED = 0.5
+MOST_UNEXPLAINED = 0.25
+NO_WORSE = 1.05  # times the rest as declared, SI units
 # A quarter of g: with a larger rest the accelerometer is not understood by any reading.
 MOST_FORCE_REST = 2.5
 GROSS_SHARE = 0.3
@@ -149,11 +150,13 @@ def _fails(weighed: Evidence, declared: Joint, other: Joint) -> bool:
 
 
 def _understood(weighed: Evidence, declared: Joint, other: Joint) -> bool:
-    """Whether the other reading explains every channel that it touches, and not by standing still."""
+    """Whether the other reading explains what it touches, not by standing still, and no worse in SI units."""
     for name, rest in weighed.rests.items():
         if not _touched(name, declared, other):
             continue
         left = rest.rms(rest.other)
+        if left / rest.unit > NO_WORSE * rest.rms(rest.declared):
+            return False
         if name == "force":
             # angles that wound round in a wrong unit leave a heading open: what is left is then a small part at least
             if left / rest.unit > MOST_FORCE_REST and left > GROSS_SHARE * rest.rms(rest.declared):

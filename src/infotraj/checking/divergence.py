@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from infotraj import rotations
-from infotraj.checking.conventions import Verdict
 from infotraj.checking.finding import Finding, Span, spans_text
 from infotraj.checking.kinematics import Channels, acceleration_of, body_increment, velocity_of
-from infotraj.checking.readings import Table
 from infotraj.checking.streams import runs
 from infotraj.flight import POSITION, REFERENCE_POSITION, Flight
 from infotraj.rotations import Array, Mask
@@ -79,31 +77,6 @@ def _rests(ch: Channels, down: bool, gravity: float) -> dict[str, tuple[Array, A
         good = np.isfinite(rest).all(axis=1)
         out[name] = (ch.block[good], (rest[good] ** 2).sum(axis=1))
     return out
-
-
-def unexplained_rates(table: Table, verdict: Verdict) -> list[Finding]:
-    """Angular velocity that no reading of the conventions makes agree with a turning attitude."""
-    identity = table.identities.get("rate")
-    if identity is None or verdict.joint.rate.unit != 1.0:
-        return []
-    predicted = identity.series(verdict.pose, verdict.joint.rate)[1]
-    turning = float(np.sqrt(predicted.var(axis=0).sum()))
-    left = identity.rms(verdict.pose, verdict.joint.rate) * np.sqrt(3)
-    if turning < 0.3 or left < turning:
-        return []
-    return [
-        Finding(
-            "rates_unexplained",
-            "warning",
-            f"the angular velocity does not follow the attitude: it differs by {left:.2g} rad/s rms where the attitude "
-            f"turns at {turning:.2g} rad/s rms, in every reading of frames, axes and units",
-            "torque errors would be those of the sensor",
-            "derive the rates from the attitude, or find a better stream",
-            sure=0.99,
-            channels=("wx", "wy", "wz"),
-            values={"left": left, "turning": turning},
-        )
-    ]
 
 
 def reference_not_followed(flight: Flight, airborne: Mask) -> list[Finding]:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from infotraj.checking.airborne import Airborne
 from infotraj.checking.beside import Beside, beside_findings
-from infotraj.checking.clocks import Offset, offset, offset_findings
+from infotraj.checking.clocks import TIMES_ERROR, Offset, offset, offset_findings, one_clock
 from infotraj.checking.conventions import Verdict, convention_findings
 from infotraj.checking.correction import corrected
-from infotraj.checking.divergence import contradictions, unexplained_rates
+from infotraj.checking.divergence import contradictions
 from infotraj.checking.finding import Finding
+from infotraj.checking.following import unfollowed
 from infotraj.checking.inertial import force_unit_findings
 from infotraj.checking.kinematics import Channels, channels
 from infotraj.checking.readings import Table, readings
@@ -57,20 +58,39 @@ def judge_motion(
     if table is None:
         return Motion(force_unit_findings(flight, air.rows) + _response(flight, ch), {})
     verdict = judge(table)
-    findings = list(verdict.findings)
+    unfollowing = unfollowed(table, verdict)
+    unread = {c for f in unfollowing for c in f.channels}
+    # a reading under which a channel still does not follow is none
+    findings = [f for f in verdict.findings if not unread & set(f.channels)]
     if "force" not in table.identities:
         findings += force_unit_findings(flight, air.rows)
     every = corrected(channels(flight, air.rows, most=None), verdict.joint)
-    findings += contradictions(every, verdict.joint.pose.down, gravity) + unexplained_rates(table, verdict)
+    findings += contradictions(every, verdict.joint.pose.down, gravity) + unfollowing
     step = float(np.median(np.diff(flight.t)))
     lags = {name: lag for name in ("rate", "velocity", "force") if (lag := _lag(table, verdict, name, ch)) is not None}
+    # An IMU has one clock: what moves its gyroscope moves its accelerometer.
+    imu = one_clock(lags.get("rate"), lags.get("force"))
     for name, lag in lags.items():
+        if imu and name == "force":
+            continue
         what, behind, code, columns, tolerated = _CLOCKS[name]
-        findings += offset_findings(lag, what, behind, code, columns, step, tolerated)
+        if imu and name == "rate":
+            what = "the IMU"
+        findings += offset_findings(
+            lag, what, behind, code, columns, step, tolerated, SPECIFIC_FORCE if imu and name == "rate" else ()
+        )
     if not verdict.findings:
-        findings += _response(flight, ch)
+        findings += _response(flight, _on_time(ch, lags.get("force")))
     more, known = beside_findings(others, corrected(ch, verdict.joint), gravity, step)
     return Motion(findings + more, {**lags, **known})
+
+
+def _on_time(ch: Channels, lag: Offset | None) -> Channels:
+    """The channels with the specific force where the pose says it was: a command is not late for its clock."""
+    known = lag is not None and lag.unexplained < 0.5 and abs(lag.lag) > max(FILTER_LAG, TIMES_ERROR * lag.error)
+    if ch.force is None or lag is None or not known:
+        return ch
+    return replace(ch, force=replace(ch.force, t=ch.force.t - lag.lag))
 
 
 def _lag(table: Table, verdict: Verdict, name: str, ch: Channels) -> Offset | None:

@@ -40,6 +40,7 @@ FORCE_UNITS = np.array([1.0, 9.80665, 1 / 9.80665])
 LENGTH_UNITS = np.array([1.0, 1000.0, 0.001, 100.0, 0.01, 3.6, 1 / 3.6, 3.28084, 0.3048])
 POSITION_UNITS = (1.0, 1000.0, 0.001, 100.0, 0.01, 3.28084, 0.3048)
 TURNS = (0, 1, -1)
+AGAINST = 10.0  # nats: a flight below the ground, or upside down
 NOISE = float("inf")
 
 
@@ -176,8 +177,12 @@ def readings(ch: Channels, gravity: float, rise: float | None) -> Table | None:
     prior = np.array([-p.penalty for p in poses])
     if rise is not None and abs(rise) > 0.1:
         up = np.array([WORLD_AXES[p.axes][2, 2] * (-1.0 if p.down else 1.0) for p in poses])
-        prior = prior - 10.0 * (up * rise < 0)
+        prior = prior - AGAINST * (up * rise < 0)
     attitudes = _attitudes(ch, poses)
+    if attitudes:
+        # whatever the axes are called, a vehicle hangs below its rotors for most of a flight
+        upright = np.array([_upright(attitudes[p.attitude][1]) for p in poses])
+        prior = prior - AGAINST * (upright < 0)
     found = [_rate(ch, poses, attitudes), _velocity(ch, poses, attitudes), _force(ch, poses, attitudes, gravity)]
     identities = {i.name: i for i in found if i is not None}
     return Table(poses, prior, identities, sizes(ch)) if identities else None
@@ -209,6 +214,11 @@ def _attitudes(ch: Channels, poses: tuple[Pose, ...]) -> dict[int, tuple[Array, 
         true = attitude_stream(replace(ch.attitude, x=READINGS[k].true(ch.attitude.x)))
         out[k] = body_increment(true, ch.centres, ch.width)
     return out
+
+
+def _upright(q: Array) -> float:
+    """Median cosine of the tilt."""
+    return float(np.nanmedian(rotations.matrix(q)[:, 2, 2]))
 
 
 def _rate(ch: Channels, poses: tuple[Pose, ...], attitudes: dict[int, tuple[Array, Array]]) -> Identity | None:

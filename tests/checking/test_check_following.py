@@ -1,0 +1,106 @@
+"""A channel that goes with the others by another factor than one is told; noise in the pose is no such thing."""
+
+import numpy as np
+import pytest
+from check_flights import A, Q, V, W, named, simulated
+
+from infotraj.checking import check, examine
+from infotraj.flight import Flight
+from infotraj.rotations import conjugate, exp, from_euler, multiply, to_euler
+
+FLIGHT = simulated(3, duration=15.0)
+Z = np.array([0.0, 0.0, 1.0])
+
+
+def with_columns(**columns):
+    return Flight(FLIGHT.table.assign(**columns), FLIGHT.meta)
+
+
+def times(names, *factors):
+    return with_columns(**{n: FLIGHT.table[n] * f for n, f in zip(names, factors, strict=True)})
+
+
+def attitude(q):
+    return with_columns(**dict(zip(Q, q.T, strict=True)))
+
+
+def from_another_time(names):
+    return with_columns(**{c: FLIGHT.table[c].to_numpy()[::-1] for c in names})
+
+
+def late(flight, names, seconds):
+    t = flight.table["t"]
+    return Flight(flight.table.assign(**{n: np.interp(t - seconds, t, flight.table[n]) for n in names}), flight.meta)
+
+
+def rejects(flight):
+    return {f.code for f in check(flight) if f.severity == "reject"}
+
+
+@pytest.mark.parametrize(
+    ("spoilt", "code"),
+    [
+        (times(W, 0.5, 0.5, 0.5), "rates_unexplained"),
+        (times(W, 1.0, -1.0, 1.0), "rates_unexplained"),
+        (times(V, 0.5, 0.5, 0.5), "velocity_unexplained"),
+        (times(V, 1.0, -1.0, 1.0), "velocity_unexplained"),
+        (from_another_time(V), "velocity_unexplained"),
+        (late(FLIGHT, W + A, 0.7), "rates_unexplained"),
+    ],
+    ids=["half rates", "one rate mirrored", "half velocity", "one velocity mirrored", "another time", "0.7 s late"],
+)
+def test_a_channel_that_no_reading_explains_is_rejected_and_no_setting_is_proposed(spoilt, code):
+    (finding,) = [f for f in check(spoilt) if f.severity == "reject"]
+    assert finding.code == code
+    assert finding.settings == ()
+
+
+def test_a_pitch_of_the_other_sign_is_not_taken_for_another_unit_of_the_rates():
+    roll, pitch, yaw = to_euler(FLIGHT.table[Q].to_numpy()).T
+    found = rejects(attitude(from_euler(roll, -pitch, yaw)))
+    assert "rates_unexplained" in found
+    assert "rate_unit" not in found
+
+
+def test_noise_in_the_attitude_makes_the_factor_smaller_and_is_no_finding():
+    rng = np.random.default_rng(4)
+    noisy = multiply(FLIGHT.table[Q].to_numpy(), exp(0.02 * rng.standard_normal((len(FLIGHT.table), 3))))
+    assert rejects(attitude(noisy)) == set()
+
+
+@pytest.mark.parametrize("degrees", [90, -90, 180])
+def test_a_tracked_body_that_was_set_up_turned_is_found_and_mended_by_one_setting(degrees):
+    turned = attitude(multiply(FLIGHT.table[Q].to_numpy(), exp(np.deg2rad(degrees) * Z)))
+    (finding,) = [f for f in check(turned) if f.severity == "reject"]
+    assert finding.code == "attitude_frame"
+    (setting,) = finding.settings
+    sides = {90: "[y, -x, z]", -90: "[-y, x, z]", 180: "[-x, -y, z]"}
+    assert setting == f"attitude.body={sides[-degrees] if degrees != 180 else sides[180]}"
+
+
+def test_a_world_of_the_attitude_that_is_turned_is_found():
+    turned = attitude(multiply(exp(np.deg2rad(90) * Z), FLIGHT.table[Q].to_numpy()))
+    found = [f for f in check(turned) if f.severity == "reject"]
+    assert [f.settings for f in found] == [("attitude.world=[y, -x, z]",)]
+
+
+def test_an_imu_in_other_axes_is_not_a_vehicle_that_flies_upside_down():
+    names = [*W, *A]
+    found = [f for f in check(times(names, 1, -1, -1, 1, -1, -1)) if f.severity == "reject"]
+    assert {s for f in found for s in f.settings} == {"rate.axes=[x, -y, -z]", "specific_force.axes=[x, -y, -z]"}
+
+
+def test_one_clock_of_an_imu_moves_both_of_its_channels():
+    (finding,) = [f for f in check(late(FLIGHT, W + A, 0.05)) if f.severity == "warning"]
+    assert finding.code == "imu_clock_offset"
+    moved = {s.split("=")[0]: float(s.split("=")[1]) for s in finding.settings}
+    assert moved == pytest.approx({"rate.shift": -0.05, "specific_force.shift": -0.05}, abs=0.002)
+
+
+def test_a_tracked_body_that_is_turned_a_little_is_no_late_gyroscope():
+    turned = attitude(multiply(FLIGHT.table[Q].to_numpy(), conjugate(exp(np.deg2rad(12) * Z))))
+    assert not [f for f in check(turned) if "clock" in f.code and f.severity != "note"]
+
+
+def test_a_clean_flight_has_none():
+    assert named(examine(FLIGHT)) == set()
