@@ -256,6 +256,47 @@ def test_fix_writes_the_table_and_the_mapping_beside_it(table: Path) -> None:
     assert "left: " in result.stderr or "nothing that a setting would mend" in result.stderr
 
 
+def _said_of_no_frame(tmp_path: Path, *left_out: str) -> tuple[Path, Path]:
+    """A log in north, east, down and forward, right, down, with a mapping that names neither, without some channels."""
+    row = {c: m for c, m in NED_MAPPING["streams"][0]["channels"].items() if c not in left_out}
+    content = {k: v for k, v in NED_MAPPING.items() if k not in ("world", "body")}
+    (tmp_path / "forgot.yaml").write_text(yaml.safe_dump({**content, "streams": [{"name": "row", "channels": row}]}))
+    return write_ned_csv(GOOD, tmp_path / "log.csv"), tmp_path / "forgot.yaml"
+
+
+@pytest.mark.parametrize("left_out", [(), ("velocity",)])
+def test_fix_turns_each_channel_in_the_axes_that_it_is_logged_in(left_out: tuple[str, ...], tmp_path: Path) -> None:
+    """A velocity in body axes takes the body's turn; one that the mapping lacks is derived, and stops nothing."""
+    log, mapping = _said_of_no_frame(tmp_path, *left_out)
+    out = tmp_path / "fixed.parquet"
+    result = CliRunner().invoke(import_command, [str(log), "--mapping", str(mapping), "--fix", "-o", str(out)])
+    assert result.exit_code == 0, result.output
+    assert ("set velocity.body=FRD (world_z_down" in result.stderr) == (not left_out)
+    assert "velocity.world" not in result.stderr
+    found = read_flight(out)
+    for names in (("px", "py", "pz"), ("vx", "vy", "vz"), ("wx", "wy", "wz"), ("ax", "ay", "az")):
+        atol = 1e-2 if left_out and names[0] == "vx" else 1e-9
+        np.testing.assert_allclose(found.get(*names)[1:-1], GOOD.get(*names)[1:-1], atol=atol, err_msg=names[0])
+
+
+def test_a_rate_that_is_logged_in_world_axes_takes_the_turn_of_the_world(table: Path) -> None:
+    mapping = with_settings(shipped()["flight_table"], {"rate": {"expressed_in": "world"}})
+    said = ("attitude.world=NED", "attitude.body=FRD", "rate.body=FRD")
+    assert on_top(read_streams(table, mapping).plan, said) == (*said[:2], "rate.world=NED")
+
+
+def test_fix_leaves_no_file_of_a_log_that_check_still_rejects(tmp_path: Path) -> None:
+    still = GOOD.table.assign(px=0.0, py=0.0, pz=0.0, vx=0.0, vy=0.0, vz=0.0, qw=1.0, qx=0.0, qy=0.0, qz=0.0)
+    still = still.assign(wx=0.0, wy=0.0, wz=0.0, ax=0.0, ay=0.0, az=9.81, airborne=0.0)
+    Flight(still, {}).write(tmp_path / "still.parquet")
+    out = tmp_path / "out.parquet"
+    result = CliRunner().invoke(import_command, [str(tmp_path / "still.parquet"), "--fix", "-q", "-o", str(out)])
+    assert result.exit_code == 3
+    assert f"rejected: {tmp_path / 'still.parquet'}: --fix leaves no_flight" in result.stderr
+    assert f"infotraj check {tmp_path / 'still.parquet'}" in result.stderr
+    assert {f.name for f in tmp_path.iterdir()} == {"still.parquet"}
+
+
 @pytest.mark.parametrize("extra", [["--explain"], ["-o", "x.parquet", "--allow-damaged"]])
 def test_fix_needs_a_place_and_a_whole_log(extra: list[str], table: Path) -> None:
     result = CliRunner().invoke(import_command, [str(table), "--fix", *extra])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import sys
 from pathlib import Path
 from typing import Any
@@ -97,7 +98,7 @@ def import_command(
         try:
             named = f"{log.name}, {number} of {len(logs)}" if len(logs) > 1 else log.name
             if fix:
-                own = _fixed(log, chosen, settings, start, stop, definitions, quiet)
+                own = _fixed(log, mapping, chosen, settings, start, stop, definitions, quiet)
             with waiting(f"importing {named}"):
                 parts(_PARTS["table" if kind_of(log) == "table" else "messages"])
                 read = read_streams(
@@ -202,6 +203,7 @@ def _require_fixable(
 
 def _fixed(
     log: Path,
+    mapping: str | None,
     chosen: Any,
     settings: Any,
     start: float | None,
@@ -209,19 +211,30 @@ def _fixed(
     definitions: tuple[Path, ...],
     quiet: bool,
 ) -> Any:
-    """The settings that mend the log, said line by line."""
+    """The settings that mend the log, said line by line. InputError where `check` would reject it all the same."""
     from infotraj.checking.mending import mend
+    from infotraj.importing.settings import settings_text
 
     with waiting(f"mending {log.name}"):
         mended = mend(log, chosen, settings, start, stop, definitions)
-    if quiet:
-        return mended.settings
-    for setting, code, what in mended.changed:
-        click.echo(f"set {setting} ({code}: {what})", err=True)
-    for finding in mended.left:
-        click.echo(f"left: {finding.code}: {finding.what}", err=True)
-    if not mended.changed:
-        click.echo(f"{log}: nothing that a setting would mend", err=True)
+    if not quiet:
+        for setting, code, what in mended.changed:
+            click.echo(f"set {setting} ({code}: {what})", err=True)
+        for finding in mended.left:
+            click.echo(f"left: {finding.code}: {finding.what}", err=True)
+        if not mended.changed:
+            click.echo(f"{log}: nothing that a setting would mend", err=True)
+    rejects = list(dict.fromkeys(f.code for f in mended.left if f.severity == "reject"))
+    if rejects:
+        read = f"--mapping {shlex.quote(mapping)} " if mapping is not None else ""
+        options = "".join(f"--set {shlex.quote(s)} " for s in settings_text(mended.settings))
+        raise InputError(
+            problem(
+                f"{log}: --fix leaves {', '.join(rejects)}",
+                "a log that settings mend",
+                f"See what is left: infotraj check {shlex.quote(str(log))} {read}{options}".rstrip(),
+            )
+        )
     return mended.settings
 
 

@@ -3,7 +3,8 @@
 A finding knows the table: its rates have other axes, its clock is late. The mapping may have turned and shifted on the
 way there already. So a further shift or offset is added to what the mapping says, a scale multiplied, axes and frames
 turned on top, and the order of a quaternion is that of the log's fields. What is said of the log itself (a unit, the
-axes that a vector is expressed in) stays as it is.
+axes that a vector is expressed in) stays as it is. What is said of a channel that the mapping lacks (it was derived) is
+left out: it follows from the channels that it comes from.
 """
 
 from __future__ import annotations
@@ -14,7 +15,8 @@ import numpy as np
 
 from infotraj.errors import UsageError
 from infotraj.importing.channel_map import ChannelMap, frame_matrix
-from infotraj.importing.convert import frame_of
+from infotraj.importing.channels import CHANNELS
+from infotraj.importing.convert import expressed_in, frame_of
 from infotraj.importing.frames import BODY_FRAMES, WORLD_FRAMES, axes_matrix
 from infotraj.importing.mapping import Mapping, StreamMap
 from infotraj.importing.settings import Settings, parse_settings, settings_text
@@ -35,13 +37,32 @@ def on_top(found: Plan, texts: tuple[str, ...]) -> tuple[str, ...]:
     out: Settings = {}
     if "unit" in wanted.get("time", {}):
         wanted["time"]["unit"] = _time_unit(wanted["time"]["unit"], found.mapping)
+    carried = {"time", *(c for s in found.mapping.streams for c in s.channels)}
     for channel, keys in wanted.items():
+        if channel not in carried:
+            continue
         feed = found.feed_of(channel)
+        if feed is not None:
+            keys = _as_expressed(channel, keys, feed.channels[channel], wanted.get("attitude", {}))
         for key, value in keys.items():
             if feed is not None:
                 value = _composed(key, value, feed.channels[channel], feed.stream, found.mapping)
             out.setdefault(channel, {})[key] = value
     return settings_text(out)
+
+
+def _as_expressed(
+    channel: str, keys: dict[str, Any], mapped: ChannelMap, attitude: dict[str, Any]
+) -> dict[str, Any]:
+    """The keys with a turn of the table's frame as one of the frame that the log has the vector in.
+
+    v_world = R v_body, and turning both frames makes R' = W R B^-1: so W v_world = R' (B v_body). A velocity that is
+    logged in body axes takes the body's turn where the table's takes the world's; the attitude takes both.
+    """
+    frame, logged = CHANNELS[channel].frame, expressed_in(channel, mapped)
+    if frame == logged or frame not in keys or logged not in attitude:
+        return keys
+    return {(logged if key == frame else key): (attitude[logged] if key == frame else v) for key, v in keys.items()}
 
 
 def _composed(key: str, value: Any, mapped: ChannelMap, stream: StreamMap, mapping: Mapping) -> Any:
