@@ -134,6 +134,28 @@ def test_outputs_that_no_parameter_calls_motors_are_left_out_with_a_note(tmp_pat
     assert any("SERVOn_FUNCTION" in note for note in found.meta["notes"])
 
 
+@pytest.mark.parametrize(
+    ("functions", "why"),
+    [
+        ((4, 33, 19, 20), None),
+        ((4, 19, 70, 71), "no parameters SERVOn_FUNCTION in the log that say which outputs are motors"),
+        ((33, 34, 35, 37), "SERVOn_FUNCTION gives outputs to motors 1, 2, 3, 5, but none to motor 4"),
+        ((35, 36, 1, 1), "SERVOn_FUNCTION gives outputs to motors 3, 4, but none to motor 1, 2"),
+    ],
+)
+def test_esc_telemetry_is_refused_where_the_outputs_are(
+    tmp_path: Path, functions: tuple[int, ...], why: str | None
+) -> None:
+    """An ESC's number is its output's: without the motor's number its speed is of no rotor that is known."""
+    path = tmp_path / "flight.BIN"
+    path.write_bytes(dataflash_bytes(_throttled(1.0), functions=functions, every_esc=True))
+    found = import_log(path)
+    numbers = 1 if why is None else 0
+    assert found.numbered("rotor_").shape[1] == found.numbered("cmd_rotor_").shape[1] == numbers
+    for name in ("RCOU", "ESC"):
+        assert (f"{name} not used: {why}" in found.meta["notes"]) == (why is not None)
+
+
 def test_bytes_between_messages_are_skipped_and_counted(tmp_path: Path) -> None:
     flight = _throttled(2.0)
     data = dataflash_bytes(flight)

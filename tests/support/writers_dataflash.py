@@ -32,8 +32,12 @@ def messages(
     events: tuple[tuple[float, int, int], ...] = (),
     second_imu_off: float | None = None,
     pulses: dict[str, float] | None = None,
+    every_esc: bool = False,
 ) -> Iterator[tuple[int, list[Any]]]:
-    """(kind, values) of every message; `functions` are the outputs', `events` (s, kind, value)."""
+    """(kind, values) of every message; `functions` are the outputs', `events` (s, kind, value).
+
+    every_esc: telemetry of all four outputs, whether a motor's or not.
+    """
     for kind, (name, letters, columns) in _FORMATS.items():
         yield 128, [kind, length(letters), name, letters, columns]
     yield 138, [1, 130, "s#EEEooo", "F-000000"]
@@ -66,6 +70,8 @@ def messages(
             if 0 <= motor < motors.shape[1]:
                 widths[output] = round(1100 + 800 * motors[k, motor])
                 yield 134, [us, output, 10_000 * motors[k, motor]]
+            elif every_esc:
+                yield 134, [us, output, 5_000.0]
         yield 133, [us, *widths]
         if k % 10 == 0:
             yield 135, [us, 0, 16.0 - 0.001 * k]

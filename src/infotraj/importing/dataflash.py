@@ -104,24 +104,29 @@ class DataFlashLog:
                 rows = columns[by] == value
                 self._tables[name, int(value)] = {c: v[rows] for c, v in columns.items()}
 
-    def _outputs(self) -> dict[int, int]:
-        """Motor number: output channel, both from 0."""
+    def _outputs(self) -> tuple[dict[int, int], str]:
+        """Motor number: output channel, both from 0; or none, and why the motors' numbers are not known."""
         found: dict[int, int] = {}
         for channel in range(_CHANNELS):
             function = self.parameters.get(f"SERVO{channel + 1}_FUNCTION")
             motor = _MOTORS.get(int(function)) if function is not None and np.isfinite(function) else None
             if motor is not None:
                 found.setdefault(motor, channel)
-        return {k: found[k] for k in range(len(found))} if set(found) == set(range(len(found))) else {}
+        if not found:
+            return {}, "no parameters SERVOn_FUNCTION in the log that say which outputs are motors"
+        missing = [str(k + 1) for k in range(max(found)) if k not in found]
+        if missing:
+            has = ", ".join(str(k + 1) for k in sorted(found))
+            return {}, f"SERVOn_FUNCTION gives outputs to motors {has}, but none to motor {', '.join(missing)}"
+        return {k: found[k] for k in sorted(found)}, ""
 
     def _add_motors(self) -> None:
-        outputs, first = self._outputs(), self._tables.get(("RCOU", 0))
+        first = self._tables.get(("RCOU", 0))
         if first is None:
             return
-        if not outputs:
-            self.notes.append(
-                "RCOU not used: no parameters SERVOn_FUNCTION in the log that say which outputs are motors"
-            )
+        outputs, why_not = self._outputs()
+        if why_not:
+            self.notes.append(f"RCOU not used: {why_not}")
             return
         low, high = self._pulses()
         pulses = {int(c[1:]) - 1: v for c, v in first.items() if c[:1] == "C" and c[1:].isdigit()}
@@ -150,8 +155,11 @@ class DataFlashLog:
                 if name[:3] == "ESC" and name[3:].isdigit() and "RPM" in t
             }
         speeds = {k: t for k, t in speeds.items() if len(t["TimeUS"])}
-        outputs = self._outputs() or {k: k for k in range(len(speeds))}
         if not speeds:
+            return
+        outputs, why_not = self._outputs()
+        if why_not:  # an ESC is numbered by its output
+            self.notes.append(f"ESC not used: {why_not}")
             return
         if not all(channel in speeds for channel in outputs.values()):
             self.notes.append("ESC not used: its numbers are not those of the motors' outputs")
