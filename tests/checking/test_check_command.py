@@ -51,6 +51,16 @@ def test_a_good_and_a_bad_flight(tmp_path):
     assert not list(tmp_path.glob(".*.part"))
 
 
+def test_the_next_line_of_a_log_makes_the_folder_that_it_names(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    FLIGHT.write(tmp_path / "log.parquet")
+    said = run("log.parquet", "--set", "battery.scale=1").stderr
+    words = re.search(r"^next: infotraj import (.*)$", said, re.M)[1].split()
+    assert words == ["log.parquet", "--set", "battery.scale=1", "-o", "flights/"]
+    assert CliRunner().invoke(import_command, words, catch_exceptions=False).exit_code == 0
+    assert (tmp_path / "flights" / "log.parquet").is_file()
+
+
 def test_copies_in_bytes_and_in_numbers(tmp_path):
     FLIGHT.write(tmp_path / "a.parquet")
     FLIGHT.write(tmp_path / "b.csv")

@@ -14,6 +14,7 @@ from click.testing import CliRunner
 from flights_made import made_flight
 from writers_bag import write_bag1
 
+from infotraj.errors import UsageError
 from infotraj.flight import read_flight
 from infotraj.importing import import_log, load_mapping, shipped
 from infotraj.importing.command import import_command
@@ -56,6 +57,15 @@ def test_several_logs_with_rejected_ones(tmp_path: Path) -> None:
     assert [Path(r["path"]).name for r in report["rejected"]] == ["bad.bag", "worse.ulg"]
     assert report["flights"][0]["rows"] == len(GOOD.table)
     assert "airborne" not in report["flights"][0]["missing"]
+
+
+def test_a_folder_for_one_log_ends_in_a_slash_and_never_holds_the_log_itself(tmp_path: Path) -> None:
+    GOOD.write(tmp_path / "a.parquet")
+    for place, said in ((str(tmp_path / "new"), f"-o {tmp_path / 'new'}/"), (f"{tmp_path}/", "is the log itself")):
+        result = CliRunner().invoke(import_command, [str(tmp_path / "a.parquet"), "-o", place])
+        assert isinstance(result.exception, UsageError)
+        assert said in str(result.exception)
+    assert [p.name for p in tmp_path.iterdir()] == ["a.parquet"]
 
 
 def test_saved_mapping_gives_the_same_table(tmp_path: Path) -> None:

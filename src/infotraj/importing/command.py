@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shlex
 import sys
 from pathlib import Path
@@ -26,7 +27,7 @@ _PARTS = {
 
 @click.command("import")
 @click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG...")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="NAME.parquet or NAME.csv; a folder for several.")
+@click.option("-o", "--output", "place", type=click.Path(), help="NAME.parquet, NAME.csv, or FOLDER/; for several FOLDER.")
 @click.option("--mapping", help="A shipped mapping's name or a mapping file; default: chosen by looking at the log.")
 @click.option("--set", "changes", multiple=True, metavar="CHANNEL.KEY=VALUE", help="Replaces a mapping's key.")
 @click.option("--fix", is_flag=True, help="Apply what `infotraj check` says would mend it; writes the mapping, too.")
@@ -56,7 +57,7 @@ _PARTS = {
 @click.option("-v", "--verbose", is_flag=True, help="Print the table's metadata.")
 def import_command(
     logs: tuple[Path, ...],
-    output: Path | None,
+    place: str | None,
     mapping: str | None,
     beside: tuple[Path, ...],
     changes: tuple[str, ...],
@@ -74,8 +75,8 @@ def import_command(
     verbose: bool,
 ) -> None:
     """Turn LOG (ROS 1 or 2 bag, MCAP, ULog, ArduPilot, blackbox, Crazyflie, CSV, Parquet) into a flight table."""
-    targets = _targets(logs, output, explain)
-    _require_fixable(logs, output, fix, mapping_file, allow_damaged or bool(beside))
+    targets = _targets(logs, place, explain)
+    _require_fixable(logs, place, fix, mapping_file, allow_damaged or bool(beside))
     if beside and len(logs) > 1:
         raise UsageError(problem(f"--with for {len(logs)} logs", "one log", "Import them one by one."))
     if start is not None and stop is not None and stop <= start:
@@ -147,23 +148,27 @@ def import_command(
         sys.exit(InputError.exit_status)
 
 
-def _targets(logs: tuple[Path, ...], output: Path | None, explain: bool) -> list[Path | None]:
-    if output is None:
+def _targets(logs: tuple[Path, ...], place: str | None, explain: bool) -> list[Path | None]:
+    if place is None:
         if not explain:
             raise UsageError(problem("no -o", "-o flight.parquet, or --explain", "Say where the table goes."))
         return [None] * len(logs)
-    if len(logs) == 1 and not output.is_dir():
-        if output.suffix not in (".parquet", ".csv"):
-            raise UsageError(problem(f"-o {output}", "a name that ends in .parquet or .csv", "Rename it."))
-        if output.exists() and logs[0].exists() and output.samefile(logs[0]):
-            raise UsageError(problem(f"-o {output} is the log itself", "another name", "Choose one."))
-        return [output]
-    if output.suffix in (".parquet", ".csv"):
+    output = Path(place)
+    folder = place.endswith(("/", os.sep)) or output.is_dir()
+    named = output.suffix in (".parquet", ".csv")
+    if len(logs) == 1 and not folder and not named:
+        remedy = f"Rename it, or put a / behind a folder's name: -o {output}/"
+        raise UsageError(problem(f"-o {output}", "a name that ends in .parquet or .csv, or a folder", remedy))
+    if len(logs) > 1 and not folder and named:
         raise UsageError(problem(f"-o {output} for {len(logs)} logs", "a folder", "Give a folder's name."))
-    targets = [output / f"{log.stem if log.is_file() else log.name}.parquet" for log in logs]
+    several = folder or len(logs) > 1
+    targets = [output / f"{log.stem if log.is_file() else log.name}.parquet" if several else output for log in logs]
     twice = sorted({str(t) for t in targets if targets.count(t) > 1})
     if twice:
         raise UsageError(problem(f"two logs would become {twice[0]}", "logs of different names", "Import them apart."))
+    for log, target in zip(logs, targets, strict=True):
+        if target.exists() and log.exists() and target.samefile(log):
+            raise UsageError(problem(f"-o {place}: {target} is the log itself", "another name", "Choose one."))
     return list(targets)
 
 
@@ -188,11 +193,11 @@ def _print_inventory(inventory: Any, log: Path, definitions: tuple[Path, ...], a
 
 
 def _require_fixable(
-    logs: tuple[Path, ...], output: Path | None, fix: bool, mapping_file: Path | None, read_otherwise: bool
+    logs: tuple[Path, ...], place: str | None, fix: bool, mapping_file: Path | None, read_otherwise: bool
 ) -> None:
     if not fix:
         return
-    if output is None:
+    if place is None:
         raise UsageError(problem("--fix without -o", "-o flight.parquet", "Say where the table goes."))
     if read_otherwise:
         remedy = "Import first, then fix the table."
