@@ -313,8 +313,36 @@ def test_what_no_setting_of_a_table_mends_points_to_its_log(table: Path) -> None
     ]
     degrees, frame, unit = standing(findings, plan)
     assert (degrees.settings, frame.settings, unit.settings) == ((), (), ("rate.scale=0.5",))
-    assert degrees.remedy.startswith("with the log that this table was made of, not the table: infotraj import LOG")
+    assert degrees.remedy == "import the log that this table was made of anew, with --set attitude.unit=deg"
     assert unit.remedy == command_of("rate.scale=0.5")
     shifted = with_settings(shipped()["flight_table"], {"rate": {"scale": 0.5}})
     (again,) = standing(findings[2:], read_streams(table, shifted).plan)
     assert (again.settings, again.remedy) == (("rate.scale=0.25",), command_of("rate.scale=0.25"))
+
+
+@pytest.mark.parametrize(
+    ("meta", "wanted"),
+    [
+        ({"source_file": "a b.mcap", "mapping": "ros"}, "infotraj import 'a b.mcap' --mapping ros --set {} -o NEW.parquet"),
+        (
+            {"source_file": "a.csv", "mapping": "mine", "settings": ["rate.unit=deg/s"]},
+            "infotraj import a.csv --mapping mine.yaml --set rate.unit=deg/s --set {} -o NEW.parquet "
+            "(mine.yaml: your file of the mapping mine)",
+        ),
+        (
+            {"source_file": "t.parquet", "mapping": "flight_table", "origin": {"source_file": "a.ulg", "mapping": "px4_ulog"}},
+            "infotraj import a.ulg --mapping px4_ulog --set {} -o NEW.parquet",
+        ),
+    ],
+)  # fmt: skip
+def test_the_log_that_a_table_was_made_of_is_named_and_not_the_table(
+    meta: dict[str, object], wanted: str, table: Path
+) -> None:
+    """World velocities that were turned as body ones: the table cannot say so, its log can."""
+    turned = rotations.to_world(GOOD.get("qw", "qx", "qy", "qz"), GOOD.get("vx", "vy", "vz"))
+    wrong = GOOD.table.assign(**dict(zip(("vx", "vy", "vz"), turned.T, strict=True)))
+    Flight(wrong, meta).write(table)
+    result = CliRunner().invoke(check_command, [str(table)])
+    assert result.exit_code == 3
+    (line,) = [k for k in result.stdout.splitlines() if "do: " in k and "velocity.expressed_in" in k]
+    assert f"do: with the log that this table was made of: {wanted.format('velocity.expressed_in=world')}, or" in line

@@ -49,7 +49,7 @@ def check_logs(
 
     def judged(path: Path, loaded: Loaded, judge: Judge = convention_findings) -> Check:
         found = examine(loaded, vehicle, judge)
-        findings = standing(found.findings, loaded.plan)
+        findings = standing(found.findings, loaded.plan, loaded.flight.meta)
         if isinstance(mapping, (str, Path)):
             findings = [replace(f, remedy=by_mapping(f.remedy, str(mapping))) for f in findings]
         return replace(found, source=str(path), findings=findings)

@@ -32,6 +32,6 @@ def mend(
 
     def judge(now: Settings) -> list[Finding]:
         loaded = load(log, used, start, stop, now)
-        return standing(examine(loaded).findings, loaded.plan)
+        return standing(examine(loaded).findings, loaded.plan, loaded.flight.meta)
 
     return fix(judge, used, settings)
