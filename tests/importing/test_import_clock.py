@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
+from flights_made import made_flight
+from writers_bag import EPOCH_NS, write_bag1
 
-from infotraj.importing.clock import Ticks, align
+from infotraj.errors import InputError
+from infotraj.importing import import_log
+from infotraj.importing.clock import Ticks, align, stamped, tidy, within
 
 
 @pytest.mark.parametrize("speed", [0.98, 1.0, 1.02])
@@ -17,3 +24,78 @@ def test_a_stream_without_stamps_is_put_on_the_clock_of_one_that_has_them(speed:
     align(rows, {"motors": other}, notes)
     np.testing.assert_allclose(other.values, stamp[::50], atol=10)  # ns
     assert "motors: it has no stamps" in notes[0]
+
+
+EVEN = np.round(5.0 + 0.01 * np.arange(400), 6)
+FORWARD = np.append(EVEN, EVEN + 7204.0)
+SET_BACK = np.append(EVEN, EVEN - 4.0)
+LATE = np.sort(EVEN)[np.argsort(np.arange(400) + 30.0 * (np.arange(400) % 50 == 7), kind="stable")]
+
+
+def _cut(t: np.ndarray, start: float | None, stop: float | None, may_reorder: bool = True) -> np.ndarray:
+    kept = t[within(t, start, stop, may_reorder)]
+    order = tidy(kept, "topic", Path("log"), may_reorder, [])
+    return kept[order][(kept[order] >= (start or -np.inf)) & (kept[order] < (stop or np.inf))]
+
+
+@pytest.mark.parametrize("may_reorder", [True, False])
+@pytest.mark.parametrize(
+    ("t", "start", "stop", "wanted"),
+    [
+        (FORWARD, None, 8.995, FORWARD[:400]),
+        (FORWARD, None, 20.0, FORWARD[:400]),
+        (FORWARD, 6.0, 20.0, FORWARD[100:400]),
+        (FORWARD, 20.0, None, FORWARD[400:]),
+        (FORWARD, 7210.0, None, FORWARD[500:]),
+        (SET_BACK, None, 9.0, SET_BACK[:400]),
+        (SET_BACK, None, 5.0, SET_BACK[400:]),
+        (SET_BACK, 1.5, 4.0, SET_BACK[450:700]),
+        (np.append(np.nan, EVEN), 6.0, 7.0, EVEN[100:200]),
+    ],
+)
+def test_a_cut_leaves_out_what_lies_beyond_a_break_of_the_clock(
+    t: np.ndarray, start: float | None, stop: float | None, wanted: np.ndarray, may_reorder: bool
+) -> None:
+    np.testing.assert_array_equal(_cut(t, start, stop, may_reorder), wanted)
+
+
+@pytest.mark.parametrize("t", [FORWARD, SET_BACK, FORWARD + 0.0123456])
+def test_the_times_that_a_broken_clock_is_to_be_cut_at_work(t: np.ndarray) -> None:
+    with pytest.raises(InputError) as error:
+        _cut(t, None, None)
+    said = dict(re.findall(r"--(to|from) (\d+(?:\.\d+)?)", str(error.value)))
+    np.testing.assert_array_equal(_cut(t, None, float(said["to"])), t[:400])
+    if "from" in said:
+        np.testing.assert_array_equal(_cut(t, float(said["from"]), None)[-399:], t[401:])
+
+
+@pytest.mark.parametrize("t", [FORWARD, np.append(EVEN, EVEN - 2.0), LATE])
+def test_a_break_inside_the_cut_still_rejects(t: np.ndarray) -> None:
+    with pytest.raises(InputError):
+        _cut(t, 6.0, 8.5 if t is LATE else 10_000.0)
+
+
+def test_a_value_from_before_the_cut_is_kept_to_be_held() -> None:
+    np.testing.assert_array_equal(within(np.array([4.9]), 7.0, 9.0, True), [0])
+    np.testing.assert_array_equal(within(np.array([4.9, 6.0, 12.0]), 7.0, 9.0, True), [1, 2])
+
+
+def test_a_stamp_of_0_among_others_is_none() -> None:
+    record = 1_700_000_000_000_000_000 + 10_000_000 * np.arange(6, dtype=np.int64)
+    unset = np.array([True, False, False, True, False, False])
+    for begin in (record[0], 5_000_000_000):  # of the day, and of a clock since boot
+        stamps = np.where(unset, 0, begin + record - record[0])
+        found = stamped(Ticks(stamps, "header.stamp", record))
+        np.testing.assert_array_equal(found, ~unset if begin == record[0] else ~unset | (np.arange(6) == 0))
+    simulated = 10_000_000 * np.arange(6, dtype=np.int64)
+    assert stamped(Ticks(simulated, "header.stamp", record)).all()
+    assert stamped(Ticks(simulated / 1e9, "t")).all()
+
+
+def test_a_bag_with_unset_stamps_comes_back_without_their_messages(tmp_path: Path) -> None:
+    flight = made_flight(2.0)
+    log = write_bag1(flight, tmp_path / "a.bag", stamped=lambda t: t if t > 0.0 else -EPOCH_NS / 1e9)
+    found = import_log(log, start=0.5)
+    assert any("messages with the stamp 0 are left out" in note for note in found.meta["notes"])
+    assert found.t[0] == pytest.approx(0.5, abs=0.02)
+    assert len(found.t) == pytest.approx(150, abs=2)

@@ -323,18 +323,21 @@ def test_what_no_setting_of_a_table_mends_points_to_its_log(table: Path) -> None
 @pytest.mark.parametrize(
     ("meta", "wanted"),
     [
-        ({"source_file": "a b.mcap", "mapping": "ros"}, "infotraj import 'a b.mcap' --mapping ros --set {} -o NEW.parquet"),
+        (
+            {"source_file": "a b.mcap", "mapping": "ros"},
+            "infotraj import 'a b.mcap' --mapping ros --set {} -o NEW.parquet",
+        ),
         (
             {"source_file": "a.csv", "mapping": "mine", "settings": ["rate.unit=deg/s"]},
             "infotraj import a.csv --mapping mine.yaml --set rate.unit=deg/s --set {} -o NEW.parquet "
             "(mine.yaml: your file of the mapping mine)",
         ),
         (
-            {"source_file": "t.parquet", "mapping": "flight_table", "origin": {"source_file": "a.ulg", "mapping": "px4_ulog"}},
+            {"mapping": "flight_table", "origin": {"source_file": "a.ulg", "mapping": "px4_ulog"}},
             "infotraj import a.ulg --mapping px4_ulog --set {} -o NEW.parquet",
         ),
     ],
-)  # fmt: skip
+)
 def test_the_log_that_a_table_was_made_of_is_named_and_not_the_table(
     meta: dict[str, object], wanted: str, table: Path
 ) -> None:

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from infotraj.errors import InputError, problem
+from infotraj.importing import resample
 from infotraj.importing.log import Samples
 from infotraj.importing.mapping import TimeMap
 from infotraj.importing.units import UNITS
@@ -145,20 +146,22 @@ def tidy(t: Array, label: str, path: Path, may_reorder: bool, notes: list[str]) 
             problem(f"{log}: time is not a number in sample {bad[0]}", "a finite time in all", "Remove it.")
         )
     order = np.arange(t.size)
-    step = np.diff(t)
-    if t.size and (step < 0).any():
-        lag = np.maximum.accumulate(t)[:-1] - t[1:]
-        worst = int(np.argmax(lag))
-        if not may_reorder or lag[worst] > _REORDER_S:
+    back = np.maximum.accumulate(t)[:-1] - t[1:] if t.size else np.zeros(0)
+    if (back > 0).any():
+        breaks = np.flatnonzero(back > (_REORDER_S if may_reorder else 0.0))
+        if breaks.size:
+            k = int(breaks[0])
+            last = float(t[: k + 1].max())
             raise InputError(
                 problem(
-                    f"{log}: time goes back by {lag[worst]:.6g} s in sample {worst + 1}, t = {t[worst]:.6g}",
+                    f"{log}: time goes back by {back[k]:.6g} s in sample {k + 1}, t = {last:.6g}",
                     "time that runs forward",
-                    "Cut the log there with --from/--to.",
+                    f"Cut the log there with --to {_after(last, t[: k + 1])}.",
                 )
             )
         order = np.argsort(t, kind="stable")
-        notes.append(f"{label}: {int((step < 0).sum())} samples were out of order by up to {lag[worst]:.3g} s; sorted")
+        late = int((np.diff(t) < 0).sum())
+        notes.append(f"{label}: {late} samples were out of order by up to {back.max():.3g} s; sorted")
     ordered = t[order]
     new = np.ones(t.size, dtype=bool)
     new[1:] = np.diff(ordered) > 0
@@ -174,19 +177,77 @@ def tidy(t: Array, label: str, path: Path, may_reorder: bool, notes: list[str]) 
         notes.append(f"{label}: {int((~new).sum())} samples repeat the time of the one before and are left out")
         order = order[new]
         ordered = ordered[new]
-    jump = int(np.argmax(np.diff(ordered))) if ordered.size > 1 else 0
-    width = float(ordered[jump + 1] - ordered[jump]) if ordered.size > 1 else 0.0
-    usual = float(np.median(np.diff(ordered))) if ordered.size > 1 else 0.0
+    step = np.diff(ordered)
+    usual = float(np.median(step)) if step.size else 0.0
     unit = next((u for u in ("us", "ns") if usual * UNITS["time"][u][0] < 1.0), None)
     if usual > _LONGEST_STEP_S and unit is not None:
         remedy = f"infotraj import {shlex.quote(str(path))} --set time.unit={unit} -o NEW.parquet"
         raise InputError(problem(f"{log}: rows are {usual:.4g} s apart", "a time in s", remedy))
-    if width > _LONGEST_STEP_S:
+    jumps = np.flatnonzero(step > _LONGEST_STEP_S)
+    if jumps.size:
+        k = int(jumps[0])
+        places = f"--to {_after(ordered[k], ordered[: k + 1])}, or behind it with --from {_digits(ordered[k + 1])}"
         raise InputError(
             problem(
-                f"{log}: time jumps by {width:.6g} s after t = {ordered[jump]:.6g} s",
+                f"{log}: time jumps by {step[k]:.6g} s after t = {ordered[k]:.6g} s",
                 f"steps below {_LONGEST_STEP_S:.0f} s",
-                "Cut the log there with --from/--to.",
+                f"Cut the log there with {places}.",
             )
         )
     return order
+
+
+def stamped(ticks: Ticks) -> Any:
+    """(n,) False where a message of a bag has no stamp: a 0 that is not where the others put it.
+
+    It is after later times, or further before the first one than a clock may jump.
+    """
+    has = np.ones(ticks.values.size, dtype=bool)
+    others = ticks.values[ticks.values != 0]
+    if ticks.record is None or not others.size or others.size == has.size:
+        return has
+    far = others.min() > _LONGEST_STEP_S * (1e9 if ticks.nanoseconds else 1.0)
+    later = np.append(False, np.maximum.accumulate(ticks.values)[:-1] > 0)
+    return (ticks.values != 0) | ~(far | later)
+
+
+def within(t: Array, start: float | None, stop: float | None, may_reorder: bool) -> Any:
+    """Indices of the samples with start <= t < stop, and of one more on each side to interpolate from.
+
+    A clock that is set back, or jumps by more than an hour, parts the log. Of these parts only those are looked at
+    that the cut reaches: the sample to interpolate from never lies beyond a break. The first of them is all that counts
+    where it comes up to `stop`, or short of it by no more than a gap: the log may be cut at the break.
+    """
+    everything = np.arange(t.size)
+    if (start is None and stop is None) or not t.size:
+        return everything
+    low, high = (-np.inf if start is None else start), (np.inf if stop is None else stop)
+    step = np.diff(t)
+    broken = (step < (-_REORDER_S if may_reorder else 0.0)) | (step > _LONGEST_STEP_S)
+    parts = np.split(everything, np.flatnonzero(broken) + 1)
+    first, last = ([float(reduce(t[p])) for p in parts] for reduce in (np.fmin.reduce, np.fmax.reduce))
+    reached = [p for p, a, b in zip(parts, first, last, strict=True) if a < high and b >= low]
+    if not reached:
+        # a value that is held from before the cut still counts
+        reached = [p for p, a in zip(parts, first, strict=True) if a < high][-1:] or parts[:1]
+    known = np.unique(t[reached[0]][np.isfinite(t[reached[0]])])
+    if known.size > 1 and known[-1] >= high - resample.gap_limit(known):
+        reached = reached[:1]
+    keep = np.arange(reached[0][0], reached[-1][-1] + 1)
+    if len(reached) > 1:
+        return keep
+    if (t[keep] >= high).any():
+        keep = keep[: int(np.argmax(t[keep] >= high)) + 1]
+    if (t[keep] < low).any():
+        keep = keep[int(np.flatnonzero(t[keep] < low)[-1]) :]
+    return keep
+
+
+def _after(last: float, before: Array) -> str:
+    """A time just behind the last sample of what stands before a break."""
+    known = np.unique(before)
+    return _digits(last + (float(np.median(np.diff(known))) if known.size > 1 else 1e-3))
+
+
+def _digits(t: float) -> str:
+    return f"{t:.6f}".rstrip("0").rstrip(".")

@@ -27,7 +27,9 @@ _PARTS = {
 
 @click.command("import")
 @click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG...")
-@click.option("-o", "--output", "place", type=click.Path(), help="NAME.parquet, NAME.csv, or FOLDER/; for several FOLDER.")
+@click.option(
+    "-o", "--output", "place", type=click.Path(), help="NAME.parquet, NAME.csv, or FOLDER/; for several FOLDER."
+)
 @click.option("--mapping", help="A shipped mapping's name or a mapping file; default: chosen by looking at the log.")
 @click.option("--set", "changes", multiple=True, metavar="CHANNEL.KEY=VALUE", help="Replaces a mapping's key.")
 @click.option("--fix", is_flag=True, help="Apply what `infotraj check` says would mend it; writes the mapping, too.")

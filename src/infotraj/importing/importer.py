@@ -109,15 +109,9 @@ def to_flight(
 
 
 def _tidied(read: Streams, stream: Stream, start: float | None, stop: float | None, notes: list[str]) -> Stream:
-    t = stream.t
-    keep = np.arange(t.size)
-    # What lies beyond the first sample past --to, or before the last one short of --from, is not looked at: the clock
-    # may break there. One sample more on each side is kept to interpolate from.
-    if stop is not None and (t >= stop).any():
-        keep = keep[: int(np.argmax(t >= stop)) + 1]
-    if start is not None and (t[keep] < start).any():
-        keep = keep[int(np.flatnonzero(t[keep] < start)[-1]) :]
-    order = keep[clock.tidy(t[keep], stream.topic, read.path, read.kind in ("rosbag", "ulog"), notes)]
+    t, may_reorder = stream.t, read.kind in ("rosbag", "ulog")
+    keep = clock.within(t, start, stop, may_reorder)
+    order = keep[clock.tidy(t[keep], stream.topic, read.path, may_reorder, notes)]
     channels = {name: data[order] for name, data in stream.channels.items()}
     return Stream(
         stream.name, stream.topic, t[order], channels, stream.time_source, stream.delay, stream.feed, stream.resolved

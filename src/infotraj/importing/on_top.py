@@ -51,9 +51,7 @@ def on_top(found: Plan, texts: tuple[str, ...]) -> tuple[str, ...]:
     return settings_text(out)
 
 
-def _as_expressed(
-    channel: str, keys: dict[str, Any], mapped: ChannelMap, attitude: dict[str, Any]
-) -> dict[str, Any]:
+def _as_expressed(channel: str, keys: dict[str, Any], mapped: ChannelMap, attitude: dict[str, Any]) -> dict[str, Any]:
     """The keys with a turn of the table's frame as one of the frame that the log has the vector in.
 
     v_world = R v_body, and turning both frames makes R' = W R B^-1: so W v_world = R' (B v_body). A velocity that is

@@ -152,6 +152,12 @@ def _read(log: Log, chosen: Plan, every: bool) -> Streams:
     samples = log.read(requests)
     reached("streams")
     all_ticks = {f.stream.name: clock.ticks(s, f.time) for f, s in zip(feeds, samples, strict=True)}
+    has_stamp = {name: clock.stamped(tick) for name, tick in all_ticks.items()}
+    for name, has in has_stamp.items():
+        if not has.all():
+            tick = all_ticks[name]
+            tick.values, tick.record = tick.values[has], tick.record[has]
+            notes.append(f"{name}: messages with the stamp 0 are left out ({int((~has).sum())})")
     leader = leading_feed(chosen)
     delays = {
         name: float(np.median((tick.record - tick.values).astype(float))) / 1e9
@@ -165,7 +171,8 @@ def _read(log: Log, chosen: Plan, every: bool) -> Streams:
     for feed, sample in zip(feeds, samples, strict=True):
         name = feed.stream.name
         channels = {
-            c: convert.channel_values(c, feed.channels[c], feed.stream, chosen.mapping, sample) for c in wanted[name]
+            c: convert.channel_values(c, feed.channels[c], feed.stream, chosen.mapping, sample)[has_stamp[name]]
+            for c in wanted[name]
         }
         tick = all_ticks[name]
         if feed.stream.drop_repeats:
