@@ -12,6 +12,7 @@ import pyarrow.parquet as pq
 import pytest
 from click.testing import CliRunner
 from flights_made import made_flight
+from writers_bag import write_bag1
 
 from infotraj.datasets.location import find_dataset, how_to_get
 from infotraj.errors import InputError, UsageError
@@ -274,3 +275,52 @@ def test_with_is_for_one_log_and_not_beside_fix(extra: list[str], tmp_path: Path
     result = CliRunner().invoke(import_command, [str(motors), *more, "--with", str(poses), *out])
     assert isinstance(result.exception, UsageError)
     assert not list(tmp_path.glob("out*"))
+
+
+FROM_ONE = {f"m{k}": GOOD.get(f"cmd_rotor_{k - 1}") for k in range(1, 5)}
+
+
+@pytest.mark.parametrize(
+    ("fields", "note"),
+    [
+        (["M1", "M2", "M3", "M4"], "no M1, M2, M3, M4; nearest: m1, m2, m3, m4"),
+        ("mot*", "no mot*; the log has t, px, py, pz, m1, m2, m3, m4"),
+        ("m*", "m* counts from 0, and the log has m1, m2, m3, m4; name them: fields: [m1, m2, m3, m4]"),
+        (["m1", "m2", "m3", "m4"], None),
+    ],
+)
+def test_a_channel_of_ones_own_mapping_without_a_column_is_noted(tmp_path: Path, fields: Any, note: str | None) -> None:
+    path = tmp_path / "a.csv"
+    GOOD.table[["t", "px", "py", "pz"]].assign(**FROM_ONE).to_csv(path, index=False)
+    named = {"position": {"fields": ["px", "py", "pz"]}, "rotor_command": {"fields": fields}}
+    found = import_log(path, table_mapping(named))
+    assert found.numbered("cmd_rotor_").shape[1] == (4 if note is None else 0)
+    about = [n for n in found.meta["notes"] if n.startswith("rotor_command")]
+    assert about == ([f"rotor_command left out: {note}"] if note is not None else [])
+
+
+def test_numbers_of_a_flight_table_that_count_from_1_are_noted(tmp_path: Path) -> None:
+    """Of all else that a shipped mapping asks for, and no log has in full, nothing is said."""
+    columns = {name.replace("m", "cmd_rotor_"): values for name, values in FROM_ONE.items()}
+    GOOD.table[["t", "px", "py", "pz"]].assign(**columns).to_csv(tmp_path / "a.csv", index=False)
+    notes = import_log(tmp_path / "a.csv").meta["notes"]
+    assert [n.split(", and")[0] for n in notes] == ["rotor_command left out: cmd_rotor_* counts from 0"]
+
+
+def test_a_topic_of_ones_own_mapping_that_the_bag_lacks_is_noted(tmp_path: Path) -> None:
+    content = {
+        "name": "mine",
+        "reads": ["rosbag"],
+        "streams": [
+            {"name": "i", "topic": "/hummingbird/imu", "channels": {"rate": {"fields": of("angular_velocity")}}},
+            {"name": "p", "topic": "/hummingbird/odom", "channels": {"position": {"fields": of("pose.pose.position")}}},
+        ],
+    }
+    notes = import_log(write_bag1(GOOD, tmp_path / "a.bag"), parse_mapping(content)).meta["notes"]
+    assert [n for n in notes if "left out" in n] == [
+        "position left out: no topic /hummingbird/odom; nearest: /hummingbird/odometry"
+    ]
+
+
+def of(name: str) -> list[str]:
+    return [f"{name}.{axis}" for axis in "xyz"]

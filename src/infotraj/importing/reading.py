@@ -23,6 +23,7 @@ from infotraj.importing.silent import pass_over_silent
 from infotraj.importing.streams import Feed, Plan, plan, require_channels
 from infotraj.importing.table import TableFile
 from infotraj.importing.table_format import TableFormat
+from infotraj.importing.unfound import note_unfound
 from infotraj.progress import reached
 from infotraj.rotations import Array
 
@@ -115,7 +116,9 @@ def opened(
     try:
         alike = [m for m in candidates if m.table == layout]
         chosen = plan(log, given) if given is not None else choose(log, alike)
-        yield log, plan(log, with_settings(chosen.mapping, settings)) if settings else chosen
+        chosen = plan(log, with_settings(chosen.mapping, settings)) if settings else chosen
+        note_unfound(log, chosen)
+        yield log, chosen
     finally:
         log.close()
 

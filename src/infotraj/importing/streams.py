@@ -176,6 +176,11 @@ def _rank(stream: StreamMap, topic: Topic) -> tuple[int, int, int, int, str] | N
     return order, preference, topic.instance, -(topic.messages or 0), topic.name
 
 
+def fits_stream(stream: StreamMap, topic: Topic) -> bool:
+    """Whether the topic is one of those that the stream asks for, whatever it holds."""
+    return _rank(stream, topic) is not None
+
+
 def _present(log: Log, stream: StreamMap, topic: Topic, notes: list[str]) -> dict[str, ChannelMap]:
     channels = {}
     for name, mapped in stream.channels.items():
