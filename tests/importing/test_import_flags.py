@@ -16,6 +16,7 @@ from infotraj.errors import UsageError
 from infotraj.flight import Flight
 from infotraj.importing import import_log, parse_mapping
 from infotraj.importing.flags import as_flags, in_the_air
+from infotraj.importing.settings import parse_settings
 
 OUTPUTS = "actuator_outputs:uint64_t timestamp;uint32_t noutputs;float[16] output;uint8_t[4] _padding0;"
 
@@ -56,6 +57,37 @@ def test_of_two_instances_of_outputs_the_one_that_moves_is_taken(tmp_path: Path)
     wanted = 0.8 * flight.numbered("cmd_rotor_")
     np.testing.assert_allclose(found.numbered("cmd_rotor_"), wanted, atol=1e-4)
     assert "outputs: actuator_outputs never changes; actuator_outputs[1] does" in found.meta["notes"]
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "off", "taken"),
+    [(0, 1999, 0, False), (0, 1500, None, False), (1000, 2000, 0, True), (1000, 2000, 900, True)],
+    ids=["dshot", "dshot in the air", "pulses", "pulses with a ramp"],
+)
+def test_outputs_are_microseconds_only_where_their_numbers_can_be(
+    low: float, high: float, off: float | None, taken: bool, tmp_path: Path
+) -> None:
+    flight = _throttled(2.0)
+    outputs = low + (high - low) * flight.numbered("cmd_rotor_")
+    if off is not None:
+        outputs[:20] = off
+        led_up = np.linspace(0.0, 1.0, 20)[:, None]
+        start = max(low, off)
+        outputs[20:40] = start + led_up * (outputs[20:40] - start)
+    data = []
+    for t, row in zip(flight.t, outputs, strict=True):
+        data.append((100, struct.pack("<QI16f", 5_000_000 + round(t * 1e6), 4, *row, *[0.0] * 12)))
+    path = tmp_path / "outputs.ulg"
+    text = _ulog(flight, [OUTPUTS], [("actuator_outputs", 0)], data)
+    path.write_bytes(text.replace(b"actuator_motors", b"actuator_xotors"))
+    found = import_log(path)
+    assert ("rotor_command" in found.meta["channels"]) == taken
+    settings = {}
+    if not taken:
+        (note,) = [n for n in found.meta["notes"] if n.startswith("rotor_command left out")]
+        settings = parse_settings(note.split(" --set ")[1:])
+    wanted = (outputs - low) / (2000.0 - low if taken else 1999.0)
+    np.testing.assert_allclose(import_log(path, settings=settings).numbered("cmd_rotor_"), wanted, atol=1e-4)
 
 
 def _flagged(flight: Flight, landed: list[tuple[float, int]], armed: list[tuple[float, int]]) -> bytes:

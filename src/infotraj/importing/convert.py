@@ -22,7 +22,7 @@ from infotraj.rotations import Array
 def channel_values(name: str, mapped: ChannelMap, stream: StreamMap, mapping: Mapping, samples: Samples) -> Array:
     """One channel's samples (n, columns) in SI and in the table's axes, but vectors still `expressed_in` as logged."""
     channel = CHANNELS[name]
-    raw = _stack(mapped, samples)
+    raw = logged_numbers(mapped, samples)
     if mapped.states is not None:
         return as_flags(raw, mapped.states)
     factor, zero = conversion(dimension_of(name, mapped), unit_of(name, mapped))
@@ -65,7 +65,8 @@ def turn(name: str, mapped: ChannelMap, values: Array, q: Array) -> Array:
     return values
 
 
-def _stack(mapped: ChannelMap, samples: Samples) -> Array:
+def logged_numbers(mapped: ChannelMap, samples: Samples) -> Array:
+    """The channel's fields (n, k) as they are logged, without the unused places at their end."""
     if any("*" in f for f in mapped.fields):
         values = samples.numbers[mapped.fields[0]]
         if mapped.count is not None and len(values):

@@ -20,10 +20,11 @@ from infotraj.importing.opening import kind_of, open_log
 from infotraj.importing.recognise import choose
 from infotraj.importing.settings import Settings, with_settings
 from infotraj.importing.silent import pass_over_silent
-from infotraj.importing.streams import Feed, Plan, plan, require_channels
+from infotraj.importing.streams import Feed, Plan, label, plan, require_channels
 from infotraj.importing.table import TableFile
 from infotraj.importing.table_format import TableFormat
 from infotraj.importing.unfound import note_unfound
+from infotraj.importing.unit_ranges import outside_unit
 from infotraj.progress import reached
 from infotraj.rotations import Array
 
@@ -32,8 +33,9 @@ from infotraj.rotations import Array
 class Stream:
     """One stream as read: `t` (n,) s on the log's common clock, channels (n, k) in SI and in the table's axes.
 
-    Not yet tidied: time may repeat, go back or have gaps, exactly as logged. `resolved` is False where a vector is
-    still in its logged axes because the log has no attitude to turn it with.
+    Not yet tidied: time may repeat, go back or have gaps, exactly as logged. `resolved` is False where a channel is
+    not to be used: a vector still in its logged axes because the log has no attitude to turn it with, or numbers that
+    are not of their unit.
     """
 
     name: str
@@ -184,6 +186,12 @@ def _read(log: Log, chosen: Plan, every: bool) -> Streams:
             name, feed.topic.name, clock.seconds(tick, zero) + feed.shift, channels, tick.source, delays[name], feed
         )
     _turn_vectors(chosen, streams, notes)
+    for feed, sample in zip(feeds, samples, strict=True):
+        for c in wanted[feed.stream.name]:
+            why = outside_unit(c, feed.channels[c], convert.logged_numbers(feed.channels[c], sample))
+            if why is not None:
+                streams[feed.stream.name].resolved[c] = False
+                notes.append(f"{c} left out: {label(feed.topic)} {why}")
     ticks = all_ticks[leader.stream.name]
     start = float(zero) / 1e9 if ticks.nanoseconds else float(zero)
     return Streams(log.path, log.kind, chosen.mapping, chosen, streams, start, notes)
