@@ -377,7 +377,7 @@ def imu_turned(table):
 
 
 @pytest.mark.parametrize(("spoil", "code"), [(degrees, "rate_unit"), (conjugated, "attitude_inverse"),
-                                         (in_g, "acceleration_unit"), (imu_turned, "_axes")])  # fmt: skip
+                                         (in_g, "acceleration_unit"), (imu_turned, "against the IMU's")])  # fmt: skip
 def test_what_check_rejects_is_rejected(spoil, code):
     (flight,) = flights([spoil(tables("quadrotor", DRAG["quadrotor"])[0])])
     with pytest.raises(InputError, match=code) as raised:

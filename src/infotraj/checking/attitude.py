@@ -64,6 +64,7 @@ def _scaled_euler(factor: float, second_start: bool = False) -> Callable[[Array]
 
 _IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 # Turns about z that take the declared axes to the true ones: a world or a tracked body that was set up another way.
+_AGAINST = {"world": "position's", "body": "IMU's"}
 _QUARTERS = tuple(
     (degrees, axes, rotations.from_euler(0.0, 0.0, np.deg2rad(degrees)))
     for degrees, axes in ((90, "-y, x, z"), (-90, "y, -x, z"), (180, "-x, -y, z"))
@@ -155,7 +156,7 @@ READINGS: tuple[Reading, ...] = (
         Reading(
             "attitude_frame",
             f"{side} turned by {degrees}",
-            f"is that of a {side} whose x and y axes are turned by {degrees} degrees about z",
+            f"is that of a {side} that is turned by {degrees} degrees about z against the {_AGAINST[side]}",
             (f"attitude.{side}=[{axes}]",),
             _both(turn, _IDENTITY) if side == "world" else _both(_IDENTITY, rotations.conjugate(turn)),
             half=side == "world",
