@@ -81,6 +81,18 @@ def test_surplus_motor_columns_in_use_reject_the_flight_with_the_setting_that_pi
     assert found["surplus_columns"].settings == (f"rotor_command.pick={pick}",)
 
 
+def test_columns_of_which_one_beyond_the_vehicles_changes_are_not_picked_but_another_instance_is():
+    plain, vehicle = by_speed(fly(seconds=3.0)[0])
+    columns = {f"cmd_rotor_{i}": 900.0 for i in range(8)} | {"cmd_rotor_5": 1500.0 + np.sin(plain.t)}
+    note = "outputs: a was chosen; a[1] would fit too (override with --set rotor_command.instance=1)"
+    extra = Flight(plain.table.assign(**columns), {**plain.meta, "notes": [note]})
+    (found,) = [f for f in examine(extra, vehicle).findings if f.code == "surplus_columns"]
+    assert "8 columns cmd_rotor_* are in use, 1 of which change" in found.what
+    assert "pick" not in found.remedy
+    assert "infotraj import LOG --set rotor_command.instance=1 -o NEW.parquet" in found.remedy
+    assert not found.settings
+
+
 def test_check_with_a_vehicle_asks_for_what_compare_needs():
     by_thrust, by_wrench = fly(seconds=3.0)
     for vehicle, flight in (

@@ -56,7 +56,27 @@ def test_of_two_instances_of_outputs_the_one_that_moves_is_taken(tmp_path: Path)
     assert found.meta["channels"]["rotor_command"]["instance"] == 1
     wanted = 0.8 * flight.numbered("cmd_rotor_")
     np.testing.assert_allclose(found.numbered("cmd_rotor_"), wanted, atol=1e-4)
-    assert "outputs: actuator_outputs never changes; actuator_outputs[1] does" in found.meta["notes"]
+    assert "outputs: of actuator_outputs 0 fields change, of actuator_outputs[1] 4" in found.meta["notes"]
+
+
+def test_the_instance_with_a_gimbal_does_not_hide_the_motors_and_can_be_asked_for(tmp_path: Path) -> None:
+    flight = _throttled(2.0)
+    data = []
+    for k, t in enumerate(flight.t):
+        us = 5_000_000 + round(t * 1e6)
+        gimbal = [900.0] * 5 + [1500.0 + 100.0 * np.sin(t)] + [900.0] * 2
+        data.append((100, struct.pack("<QI16f", us, 8, *gimbal, *[0.0] * 8)))
+        moving = 1000.0 + 1000.0 * flight.numbered("cmd_rotor_")[k]
+        data.append((101, struct.pack("<QI16f", us, 4, *moving, *[0.0] * 12)))
+    path = tmp_path / "two.ulg"
+    text = _ulog(flight, [OUTPUTS], [("actuator_outputs", 0), ("actuator_outputs", 1)], data)
+    path.write_bytes(text.replace(b"actuator_motors", b"actuator_xotors"))
+    found = import_log(path)
+    np.testing.assert_allclose(found.numbered("cmd_rotor_"), flight.numbered("cmd_rotor_"), atol=1e-4)
+    assert any("--set rotor_command.instance=0" in note for note in found.meta["notes"])
+    other = import_log(path, settings=parse_settings(["rotor_command.instance=0"]))
+    assert other.numbered("cmd_rotor_").shape[1] == 8
+    assert other.meta["settings"] == ["rotor_command.instance=0"]
 
 
 @pytest.mark.parametrize(

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
 from infotraj.checking.finding import Finding
 from infotraj.checking.settings import command
 from infotraj.dynamics.actuators import body_wrench
-from infotraj.dynamics.inputs import SURPLUS, for_vehicle, speed_columns, surplus
+from infotraj.dynamics.inputs import CHANNEL, SURPLUS, Surplus, for_vehicle, speed_columns, surplus
 from infotraj.errors import InputError
 from infotraj.flight import COMMANDED_FORCE, SPECIFIC_FORCE, Flight
 from infotraj.rotations import Array, Mask
@@ -90,18 +92,18 @@ def column_findings(flight: Flight, airborne: Mask, vehicle: Vehicle | None) -> 
     """Columns of more rotors or tilts than the vehicle has, and signs that speeds of rotors carry."""
     if vehicle is None:
         return []
-    return [_surplus(s) for s in surplus(flight, vehicle)] + _signed(flight, airborne, vehicle)
+    return [_surplus(s, flight) for s in surplus(flight, vehicle)] + _signed(flight, airborne, vehicle)
 
 
-def _surplus(found) -> Finding:
+def _surplus(found: Surplus, flight: Flight) -> Finding:
     columns = f"{found.columns[0]}..{found.columns[-1]}" if len(found.columns) > 1 else found.columns[0]
     if found.used:
         return Finding(
             SURPLUS,
             "reject",
-            f"{found.in_use} columns {found.prefix}* are in use, and the vehicle has {found.wanted}",
+            f"{found.in_use} columns {found.prefix}* are in use{found.still}, and the vehicle has {found.wanted}",
             "which of them are the vehicle's own, and in which order, is not known",
-            f"give the flight's own vehicle file, or {found.remedy}",
+            f"give the flight's own vehicle file, or {found.remedy}{_another_instance(found, flight)}",
             channels=found.used,
             values={"columns": found.count, "vehicle": found.wanted},
             settings=(found.setting,) if found.picked else (),
@@ -114,6 +116,13 @@ def _surplus(found) -> Finding:
         "nothing",
         channels=found.columns,
     )
+
+
+def _another_instance(found: Surplus, flight: Flight) -> str:
+    """The setting that takes another instance of the topic, where import noted that the log has one."""
+    instance = re.compile(rf"--set {CHANNEL[found.prefix]}\.instance=\d+")
+    named = next(filter(None, map(instance.search, map(str, flight.meta.get("notes") or ()))), None)
+    return f"; or, of the topic's other instance, infotraj import LOG {named[0]} -o NEW.parquet" if named else ""
 
 
 def _signed(flight: Flight, airborne: Mask, vehicle: Vehicle) -> list[Finding]:

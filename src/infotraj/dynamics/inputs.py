@@ -58,7 +58,8 @@ def for_vehicle(flight: Flight, vehicle: Vehicle) -> Flight:
     extra = surplus(flight, vehicle)
     for s in extra:
         if s.used and SURPLUS not in (flight.meta.get("accept") or ()):
-            what = f"{flight.meta.get('source', 'flight')}: {s.count} columns {s.prefix}*, {s.in_use} of them in use"
+            source = flight.meta.get("source", "flight")
+            what = f"{source}: {s.count} columns {s.prefix}*, {s.in_use} of them in use{s.still}"
             expected = f"{s.wanted} as {vehicle.name} has"
             raise InputError(problem(what, expected, f"Give the flight's own vehicle file, or {s.remedy}."))
     drop = [c for s in extra for c in s.columns]
@@ -76,7 +77,10 @@ def speed_columns(vehicle: Vehicle, flight: Flight) -> list[str]:
 
 @dataclass(frozen=True)
 class Surplus:
-    """Columns of more rotors or tilts than a vehicle has: names and, where some are in use, those of all in use."""
+    """Columns of more rotors or tilts than a vehicle has: names and, where some are in use, those of them in use.
+
+    `picked` counts the columns that may be the vehicle's own; none where no choice of as many commands anything.
+    """
 
     prefix: str
     wanted: int
@@ -84,11 +88,17 @@ class Surplus:
     columns: tuple[str, ...]
     used: tuple[str, ...]
     picked: tuple[int, ...]
+    changing: int
 
     @property
     def in_use(self) -> int:
         """How many columns, the vehicle's own included, are in use."""
         return self.count - len(self.columns) + len(self.used)
+
+    @property
+    def still(self) -> str:
+        """How many columns change, where not all of those in use do."""
+        return f", {self.changing} of which change" if 0 < self.changing < self.in_use else ""
 
     @property
     def setting(self) -> str:
@@ -120,6 +130,9 @@ def surplus(flight: Flight, vehicle: Vehicle) -> list[Surplus]:
         in_use = [k for k, x in enumerate(values.T) if _changes(x) or (np.nan_to_num(x).any() and not own_change)]
         used = [k for k in in_use if k >= wanted]
         picked = in_use if len(in_use) == wanted else range(wanted)
+        changing = tuple(k for k, x in enumerate(values.T) if _changes(x))
+        if changing and not any(k in changing for k in picked):
+            picked = ()  # columns that all stand still command nothing
         found.append(
             Surplus(
                 prefix,
@@ -128,6 +141,7 @@ def surplus(flight: Flight, vehicle: Vehicle) -> list[Surplus]:
                 tuple(f"{prefix}{k}" for k in range(wanted, values.shape[1])),
                 tuple(f"{prefix}{k}" for k in used),
                 tuple(picked),
+                len(changing),
             )
         )
     return found

@@ -1,4 +1,4 @@
-"""Which of several equal topics of motors holds the motors: the one whose numbers change."""
+"""Which of several equal topics of motors holds the motors: the one of which most numbers change."""
 
 from __future__ import annotations
 
@@ -17,14 +17,11 @@ def numbered_fields(channels: dict[str, ChannelMap]) -> tuple[str, ...]:
     return tuple(field for name, mapped in channels.items() if CHANNELS[name].numbered for field in mapped.fields)
 
 
-def changes(log: Log, topic: Topic, fields: Iterable[str]) -> bool:
-    """True where any of the topic's fields takes two values. A topic that cannot be read does not change."""
+def moving_count(log: Log, topic: Topic, fields: Iterable[str]) -> int:
+    """How many of the topic's fields take two values. None of a topic that cannot be read does."""
     try:
         samples = log.read([Request(topic, tuple(fields))])[0]
     except InputError:
-        return False
-    return any(
-        bool((np.nanmax(v, axis=0) > np.nanmin(v, axis=0)).any())
-        for v in (np.where(np.isfinite(v).any(axis=0), v, 0.0) for v in samples.numbers.values())
-        if v.size
-    )
+        return 0
+    known = (np.where(np.isfinite(v).any(axis=0), v, 0.0) for v in samples.numbers.values() if v.size)
+    return sum(int(np.sum(np.nanmax(v, axis=0) > np.nanmin(v, axis=0))) for v in known)

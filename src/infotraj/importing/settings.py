@@ -1,6 +1,7 @@
 """Settings: single keys of a mapping's channels, replaced for one log. What `--set`, `set:` and a finding's remedy say.
 
-`rate.unit=deg/s` replaces the key `unit` of the channel `rate` in every stream of the mapping that has the channel;
+`rate.unit=deg/s` replaces the key `unit` of the channel `rate` in every stream of the mapping that has the channel,
+`rotor_command.instance=1` that of these streams themselves;
 `time.unit=ms` replaces it in every time of the mapping. Values are YAML.
 """
 
@@ -13,12 +14,13 @@ import yaml
 from pydantic import ValidationError
 
 from infotraj.errors import UsageError, problem
-from infotraj.importing.channel_map import ChannelMap, Strict, check_channel, unit_of
+from infotraj.importing.channel_map import ChannelMap, check_channel, unit_of
 from infotraj.importing.channels import CHANNELS
 from infotraj.importing.mapping import Mapping, StreamMap, TimeMap
 from infotraj.vehicle import validation_line
 
 Settings = dict[str, dict[str, Any]]
+_OF_STREAM = ("instance",)
 _EXPECTED = "CHANNEL.KEY=VALUE, for example rate.unit=deg/s"
 
 
@@ -93,12 +95,19 @@ def _written_out(stream: StreamMap) -> StreamMap:
 
 
 def _stream(stream: StreamMap, settings: Settings, time: dict[str, Any]) -> StreamMap:
+    of_channel = {
+        name: {k: v for k, v in settings.get(name, {}).items() if k not in _OF_STREAM} for name in stream.channels
+    }
     channels = {
-        name: _channel(name, mapped, settings[name]) if name in settings else mapped
+        name: _channel(name, mapped, of_channel[name]) if of_channel[name] else mapped
         for name, mapped in stream.channels.items()
     }
     declared = _replaced(stream.time, time, "time") if time and stream.time is not None else stream.time
-    return stream.model_copy(update={"channels": channels, "time": declared})
+    changed = stream.model_copy(update={"channels": channels, "time": declared})
+    for name in stream.channels:
+        of_stream = {k: v for k, v in settings.get(name, {}).items() if k in _OF_STREAM}
+        changed = _replaced(changed, of_stream, name) if of_stream else changed
+    return changed
 
 
 def _channel(name: str, mapped: ChannelMap, keys: dict[str, Any]) -> ChannelMap:
@@ -125,9 +134,9 @@ def _require_key(channel: str, key: str) -> None:
         raise UsageError(
             problem(f"set {channel}.{key}: unknown channel", ", ".join((*CHANNELS, "time")), "Correct the name.")
         )
-    owner: type[Strict] = TimeMap if channel == "time" else ChannelMap
-    if key not in owner.model_fields:
-        raise UsageError(problem(f"set {channel}.{key}: unknown key", ", ".join(owner.model_fields), "Correct it."))
+    known = tuple(TimeMap.model_fields) if channel == "time" else (*ChannelMap.model_fields, *_OF_STREAM)
+    if key not in known:
+        raise UsageError(problem(f"set {channel}.{key}: unknown key", ", ".join(known), "Correct it."))
 
 
 def _no_time(mapping: Mapping) -> TimeMap:

@@ -1,8 +1,8 @@
 """From a mapping to the topics of this log: which topic feeds which channel, by rules that are stated and noted.
 
 Of several topics that fit a stream, in this order: the mapping's own order of names, its `prefer` list, for motors
-those that change at all, most messages, first in the alphabet. A channel comes from the first stream, in the mapping's
-order, that carries all of its fields.
+those of which most fields change, most messages, first in the alphabet. A channel comes from the first stream, in the
+mapping's order, that carries all of its fields.
 """
 
 from __future__ import annotations
@@ -11,12 +11,14 @@ import re
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from infotraj.errors import InputError, UsageError, problem
 from infotraj.importing.channel_map import ChannelMap
 from infotraj.importing.channels import CHANNELS
 from infotraj.importing.log import Log, Topic
 from infotraj.importing.mapping import Mapping, StreamMap, TimeMap
-from infotraj.importing.moving import changes, numbered_fields
+from infotraj.importing.moving import moving_count, numbered_fields
 
 _DEFAULT_TIME = {
     "rosbag": TimeMap(fields=("header.stamp", "record")),
@@ -134,11 +136,11 @@ def _find(log: Log, mapping: Mapping, stream: StreamMap, notes: list[str]) -> li
     if not fitting:
         return []
     fitting.sort(key=lambda entry: entry[0])
-    _still_last(log, stream, fitting, notes)
+    _most_moving_first(log, stream, fitting, notes)
     if len(fitting) > 1:
         others = ", ".join(label(t) for _, t, _ in fitting[1:])
         chosen = label(fitting[0][1])
-        notes.append(f"{stream.name}: {chosen} was chosen; {others} would fit too (override with a mapping)")
+        notes.append(f"{stream.name}: {chosen} was chosen; {others} would fit too ({_override(stream, fitting)})")
     feeds = []
     for k, (_, topic, channels) in enumerate(fitting):
         own = stream if k == 0 else stream.model_copy(update={"name": f"{stream.name} of {label(topic)}"})
@@ -146,16 +148,27 @@ def _find(log: Log, mapping: Mapping, stream: StreamMap, notes: list[str]) -> li
     return feeds
 
 
-def _still_last(log: Log, stream: StreamMap, fitting: list[Any], notes: list[str]) -> None:
-    """Puts the first topic of motors that changes before those that never do, among topics that else rank alike."""
+def _override(stream: StreamMap, fitting: list[Any]) -> str:
+    """How to take another of the fitting topics: by its instance, where they differ in nothing else."""
+    chosen, *others = [topic for _, topic, _ in fitting]
+    if any(other.name != chosen.name for other in others):
+        return "override with a mapping"
+    channel = next(iter(stream.channels))
+    return f"override with --set {channel}.instance={others[0].instance}"
+
+
+def _most_moving_first(log: Log, stream: StreamMap, fitting: list[Any], notes: list[str]) -> None:
+    """Puts the topic of motors of which most fields change before the others, among topics that else rank alike."""
     alike = [entry for entry in fitting if entry[0][:2] == fitting[0][0][:2]]
     if len(alike) < 2 or not numbered_fields(alike[0][2]):
         return
-    moves = next((e for e in alike if changes(log, e[1], numbered_fields(e[2]))), None)
-    if moves is not None and moves is not fitting[0]:
-        notes.append(f"{stream.name}: {label(fitting[0][1])} never changes; {label(moves[1])} does")
-        fitting.remove(moves)
-        fitting.insert(0, moves)
+    counts = [moving_count(log, topic, numbered_fields(channels)) for _, topic, channels in alike]
+    best = int(np.argmax(counts))
+    if counts[best] > counts[0]:
+        first, other = label(alike[0][1]), label(alike[best][1])
+        notes.append(f"{stream.name}: of {first} {counts[0]} fields change, of {other} {counts[best]}")
+        fitting.remove(alike[best])
+        fitting.insert(0, alike[best])
 
 
 def _rank(stream: StreamMap, topic: Topic) -> tuple[int, int, int, int, str] | None:
