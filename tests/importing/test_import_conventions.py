@@ -290,6 +290,33 @@ def test_ground_truth_wins_and_the_choice_is_said(tmp_path: Path) -> None:
     ]  # fmt: skip
 
 
+def test_the_body_velocity_of_mavros_is_no_velocity_in_world_axes(tmp_path: Path) -> None:
+    """MAVROS sends both; the stream in world axes took the one that comes first in the alphabet."""
+    store, sent = typestore(1), "geometry_msgs/msg/TwistStamped"
+    types, entries = store.types, []
+    q = GOOD.get("qw", "qx", "qy", "qz")
+    vector = lambda x: types["geometry_msgs/msg/Vector3"](*map(float, x))  # noqa: E731
+    in_world = (GOOD.get("vx", "vy", "vz"), rotations.to_world(q, GOOD.get("wx", "wy", "wz")))
+    in_body = (rotations.to_body(q, in_world[0]), GOOD.get("wx", "wy", "wz"))
+    stamps = iter(range(len(q)))
+    for _, kind, ns, message in messages(GOOD, store, 1, 10**12):
+        if kind != "nav_msgs/msg/Odometry":
+            continue
+        k = next(stamps)
+        pose = types["geometry_msgs/msg/PoseStamped"](header=message.header, pose=message.pose.pose)
+        entries.append(("/mavros/local_position/pose", "geometry_msgs/msg/PoseStamped", ns, ns, pose))
+        for name, frame, (v, w) in (("velocity_body", "base_link", in_body), ("velocity_local", "map", in_world)):
+            header = types["std_msgs/msg/Header"](seq=k, stamp=message.header.stamp, frame_id=frame)
+            twist = types[sent](header=header, twist=types["geometry_msgs/msg/Twist"](vector(v[k]), vector(w[k])))
+            entries.append((f"/mavros/local_position/{name}", sent, ns, ns, twist))
+    read = read_streams(_bag(tmp_path / "a.bag", entries, store), every=True)
+    for stream, topic in (("twist", "velocity_local"), ("body_twist", "velocity_body")):
+        found = read.streams[stream]
+        assert found.topic.endswith(topic)
+        np.testing.assert_allclose(found.channels["velocity"], in_world[0], atol=1e-9)
+        np.testing.assert_allclose(found.channels["rate"], in_body[1], atol=1e-9)
+
+
 def test_measured_and_commanded_motor_speeds_are_told_apart(tmp_path: Path) -> None:
     store = typestore(1)
     entries = []
