@@ -131,12 +131,12 @@ def read_flight(path: str | Path) -> Flight:
         what = "a folder" if path.is_dir() else "there is no such file"
         raise InputError(problem(f"{path}: {what}", "a flight table (.csv or .parquet)", "Check the path."))
     try:
-        if path.suffix == ".parquet":
+        if path.suffix.lower() == ".parquet":
             arrow = pq.read_table(path)
             meta = json.loads((arrow.schema.metadata or {}).get(_META_KEY, b"{}"))
             # The columns say all: what pandas wrote beside them may be damaged, and is not needed.
             table = arrow.replace_schema_metadata(None).to_pandas()
-        elif path.suffix == ".csv":
+        elif path.suffix.lower() == ".csv":
             _require_even(path)
             table = pd.read_csv(path)
             meta = yaml.safe_load(_meta_path(path).read_text()) if _meta_path(path).is_file() else {}

@@ -18,7 +18,7 @@ from writers_bag import write_bag1, write_bag2
 from writers_ulog import FORMATS, ulog_bytes, write_ulog
 
 from infotraj.errors import InfotrajError
-from infotraj.flight import Flight
+from infotraj.flight import Flight, read_flight
 from infotraj.importing.command import import_command
 
 GOOD = made_flight(2.0)
@@ -208,6 +208,16 @@ def test_the_whole_files_are_good(form: str, tmp_path: Path) -> None:
     status, lines = run([str(_whole(form, tmp_path)), "-o", str(tmp_path / "out.parquet")])
     assert status == 0, lines
     assert (tmp_path / "out.parquet").is_file()
+
+
+@pytest.mark.parametrize("form", ["bag", "mcap", "db3", "csv", "parquet"])
+def test_a_name_in_capitals_is_the_same_name(form: str, tmp_path: Path) -> None:
+    small = _whole(form, tmp_path)
+    capitals = small.rename(small.with_name(small.name.upper()))
+    status, lines = run([str(capitals), "-o", str(tmp_path / "out.parquet")])
+    assert status == 0, lines
+    if form in ("csv", "parquet"):
+        assert len(read_flight(capitals).t) == len(GOOD.t)
 
 
 CALLS: dict[str, Callable[[Path], list[str]]] = {

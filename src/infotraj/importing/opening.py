@@ -104,13 +104,13 @@ def kind_by_first_bytes(head: bytes) -> str | None:
 
 
 def _by_content(head: bytes, path: Path) -> str | None:
-    if head.startswith(b"#ROSBAG V") and path.suffix == ".bag":
+    if head.startswith(b"#ROSBAG V") and path.suffix.lower() == ".bag":
         return "rosbag"
-    if head.startswith(b"\x89MCAP0\r\n") and path.suffix == ".mcap":
+    if head.startswith(b"\x89MCAP0\r\n") and path.suffix.lower() == ".mcap":
         return "rosbag"
-    if head.startswith(b"SQLite format 3\x00") and path.suffix == ".db3":
+    if head.startswith(b"SQLite format 3\x00") and path.suffix.lower() == ".db3":
         return "rosbag"
-    if head.startswith(b"PAR1") and path.suffix == ".parquet":
+    if head.startswith(b"PAR1") and path.suffix.lower() == ".parquet":
         return "table"
     found = kind_by_first_bytes(head)
     if found is not None:

@@ -128,8 +128,8 @@ def opened(
 def table_layout(path: Path, candidates: list[Mapping]) -> TableFormat | None:
     """The layout of a table: that of the only mapping, else that of the first whose line prefix the text has."""
     if len(candidates) == 1:
-        return candidates[0].table if path.suffix != ".parquet" else None
-    layouts = [m.table for m in candidates if m.table is not None and path.suffix != ".parquet"]
+        return candidates[0].table if path.suffix.lower() != ".parquet" else None
+    layouts = [m.table for m in candidates if m.table is not None and path.suffix.lower() != ".parquet"]
     return next((layout for layout in layouts if layout.recognises(path)), None)
 
 
@@ -138,7 +138,7 @@ def _joined(log: Log, beside: tuple[Path, ...], layout: TableFormat | None, allo
     for path in beside:
         if not isinstance(log, TableFile) or kind_of(path) != "table":
             raise UsageError(problem(f"--with {path}: not all are tables", "tables (CSV, text, Parquet)", "Join them."))
-        own = layout if path.suffix != ".parquet" else None
+        own = layout if path.suffix.lower() != ".parquet" else None
         further.append(TableFile(path, allow_damaged, own))
     assert isinstance(log, TableFile)
     return JoinedTables([log, *further])

@@ -7,7 +7,7 @@ from array import array
 from collections.abc import Callable
 from operator import attrgetter
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -35,8 +35,15 @@ class RosBag:
             from rosbags.rosbag1 import Reader as Reader1
             from rosbags.rosbag2 import Reader as Reader2
 
-            self._ros = 1 if path.suffix == ".bag" else 2
-            self._reader: Any = Reader1(path) if self._ros == 1 else Reader2(path)
+            self._ros = 1 if path.suffix.lower() == ".bag" else 2
+
+            class AnyCase(Reader2):
+                # The reader knows its two formats by their suffixes in small letters.
+                STORAGE_PLUGINS: ClassVar = Reader2.STORAGE_PLUGINS | {
+                    suffix.upper(): plugin for suffix, plugin in Reader2.STORAGE_PLUGINS.items()
+                }
+
+            self._reader: Any = Reader1(path) if self._ros == 1 else AnyCase(path)
             try:
                 self._reader.open()
             except KeyError as error:

@@ -31,7 +31,7 @@ class TableFile:
     def __init__(self, path: Path, allow_damaged: bool = False, layout: TableFormat | None = None) -> None:
         self.path = path
         self.notes: list[str] = []
-        self._parquet = path.suffix == ".parquet"
+        self._parquet = path.suffix.lower() == ".parquet"
         self._layout = layout
         self._cut = False
         rows: int | None = None
