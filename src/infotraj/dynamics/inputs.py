@@ -129,7 +129,7 @@ def surplus(flight: Flight, vehicle: Vehicle) -> list[Surplus]:
         own_change = any(_changes(x) for x in values[:, :wanted].T)
         in_use = [k for k, x in enumerate(values.T) if _changes(x) or (np.nan_to_num(x).any() and not own_change)]
         used = [k for k in in_use if k >= wanted]
-        picked = in_use if len(in_use) == wanted else range(wanted)
+        picked = tuple(in_use) if len(in_use) == wanted else tuple(range(wanted))
         changing = tuple(k for k, x in enumerate(values.T) if _changes(x))
         if changing and not any(k in changing for k in picked):
             picked = ()  # columns that all stand still command nothing
@@ -140,7 +140,7 @@ def surplus(flight: Flight, vehicle: Vehicle) -> list[Surplus]:
                 values.shape[1],
                 tuple(f"{prefix}{k}" for k in range(wanted, values.shape[1])),
                 tuple(f"{prefix}{k}" for k in used),
-                tuple(picked),
+                picked,
                 len(changing),
             )
         )

@@ -7,7 +7,7 @@ from array import array
 from collections.abc import Callable
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -36,14 +36,10 @@ class RosBag:
             from rosbags.rosbag2 import Reader as Reader2
 
             self._ros = 1 if path.suffix.lower() == ".bag" else 2
-
-            class AnyCase(Reader2):
-                # The reader knows its two formats by their suffixes in small letters.
-                STORAGE_PLUGINS: ClassVar = Reader2.STORAGE_PLUGINS | {
-                    suffix.upper(): plugin for suffix, plugin in Reader2.STORAGE_PLUGINS.items()
-                }
-
-            self._reader: Any = Reader1(path) if self._ros == 1 else AnyCase(path)
+            # The reader knows its two formats by their suffixes in small letters.
+            capitals = {suffix.upper(): plugin for suffix, plugin in Reader2.STORAGE_PLUGINS.items()}
+            any_case = type("AnyCase", (Reader2,), {"STORAGE_PLUGINS": {**Reader2.STORAGE_PLUGINS, **capitals}})
+            self._reader: Any = Reader1(path) if self._ros == 1 else any_case(path)
             try:
                 self._reader.open()
             except KeyError as error:
