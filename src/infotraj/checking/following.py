@@ -53,7 +53,9 @@ def unfollowed(table: Table, verdict: Verdict) -> list[Finding]:
         identity = table.identities.get(name)
         if identity is None:
             continue
-        channel, predicted = identity.series(verdict.pose, getattr(verdict.joint, name))
+        reading = getattr(verdict.joint, name)
+        # in SI units, by which it is said what moves
+        channel, predicted = (x / reading.unit for x in identity.series(verdict.pose, reading))
         factors = [_factor(identity, channel[:, k], predicted[:, k], of) for k in range(3)]
         said = [f"{c} {f}" for c, f in zip(of.columns, factors, strict=True) if f]
         if not said:
