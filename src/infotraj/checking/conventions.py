@@ -31,8 +31,7 @@ from infotraj.checking.settings import command
 TOLERATED = {"rate": 0.03, "velocity": 0.05, "force": 0.7}  # rad/s, m/s, m/s^2
 FAR_BETTER = float(np.log(3.0))  # of the product of the variances that are left
 SURE = 0.99
-MOST_UNEXPLAINED = 0.25
-PROVES = 0.5  # of the squares, that a position in another unit may leave where it moves as another channel says
+MOST_UNEXPLAINED = 0.5
 NO_WORSE = 1.05  # times the rest as declared, SI units
 # A quarter of g: with a larger rest the accelerometer is not understood by any reading.
 MOST_FORCE_REST = 2.5
@@ -189,7 +188,7 @@ def _proven(table: Table) -> Table:
 
 def _follows_velocity(table: Table, best: Joint, at: int) -> bool:
     identity = table.identities.get("velocity")
-    return identity is not None and best.velocity.unit == 1.0 and identity.unexplained(at, best.velocity) < PROVES
+    return identity is not None and best.velocity.unit == 1.0 and identity.unexplained(at, best.velocity) < 0.5
 
 
 def _follows_force(table: Table, best: Joint, at: int) -> bool:
@@ -202,8 +201,8 @@ def _follows_force(table: Table, best: Joint, at: int) -> bool:
     # by itself, too: a smaller motion in another frame is nearly none, which a poor accelerometer likes
     as_large, _ = force.residual(table.poses.index(replace(best.pose, unit=1.0)), Vector())
     alone, _ = force.residual(at, Vector())
-    moves = moving.sum() < PROVES * still.sum()
-    return bool(moves and alone.sum() < PROVES * as_large.sum())
+    moves = moving.sum() < MOST_UNEXPLAINED * still.sum()
+    return bool(moves and alone.sum() < MOST_UNEXPLAINED * as_large.sum())
 
 
 def _without_unproven(tables: Sequence[Table], other: Joint) -> Joint:
