@@ -15,8 +15,10 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from infotraj import rotations
+from infotraj.errors import InputError
 from infotraj.flight import Flight
-from infotraj.importing import import_log
+from infotraj.importing import import_log, read_streams
+from infotraj.importing.leftover import unused
 
 
 def _store(**texts: str) -> Any:
@@ -135,3 +137,16 @@ def test_dropouts_of_a_ulog_are_added_up_in_seconds(tmp_path):
     (tmp_path / "log.ulg").write_bytes(content + lost)
     notes = import_log(tmp_path / "log.ulg").meta["notes"]
     assert "2 logging dropouts, 0.50 s in all" in notes
+
+
+def test_topics_of_a_ulog_that_no_stream_asks_for_are_named(tmp_path):
+    content = writers_ulog.ulog_bytes(made_flight(seconds=3.0))
+    other = content.replace(b"battery_status", b"battery_xtatus")
+    (tmp_path / "log.ulg").write_bytes(other)
+    read = read_streams(tmp_path / "log.ulg")
+    assert unused(read)["battery_xtatus"] == "no stream of mapping px4_ulog asks for it"
+    for name in (b"vehicle_attitude", b"vehicle_local_position", b"sensor_combined", b"actuator_motors"):
+        other = other.replace(name, b"x" + name[1:])
+    (tmp_path / "log.ulg").write_bytes(other)
+    with pytest.raises(InputError, match="it has battery_xtatus, xctuator_motors, xehicle_attitude"):
+        import_log(tmp_path / "log.ulg")

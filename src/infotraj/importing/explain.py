@@ -105,6 +105,7 @@ def inventory(path: Path, definitions: tuple[Path, ...] = (), allow_damaged: boo
             lines.append("columns: " + ", ".join(filter(None, columns)))
         else:
             lines += [f"- {t.name}  {t.type}  {'' if t.messages is None else t.messages} messages" for t in log.topics]
+            lines += [f"- {t.name}" for t in getattr(log, "others", ())]
         for mapping in mappings:
             if mapping.automatic:
                 lines.append(f"mapping {mapping.name} {_verdict(log, mapping)}")

@@ -21,7 +21,8 @@ def unused(read: Streams, definitions: tuple[Path, ...] = (), allow_damaged: boo
     with opened(read.path, read.mapping, definitions, allow_damaged, beside=read.beside) as (log, _):
         fields = getattr(log, "fields", None)
         if fields is None:
-            return {label(t): why for t in log.topics if (why := _topic_reason(t, read.plan)) is not None}
+            topics = [*log.topics, *getattr(log, "others", ())]
+            return {label(t): why for t in topics if (why := _topic_reason(t, read.plan)) is not None}
         out: dict[str, str] = {}
         for topic in log.topics:
             left = [name for name in fields(topic) if name not in _taken(read.plan, topic)]

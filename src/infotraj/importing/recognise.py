@@ -31,7 +31,8 @@ def choose(log: Log, candidates: list[Mapping]) -> Plan:
     plans = [plan(log, mapping) for mapping in candidates if log.kind in mapping.reads and fits(log, mapping)]
     plans = [p for p in plans if p.channels]
     if not plans:
-        has = ", ".join(f"{t.name} ({t.type})" if t.type else t.name for t in log.topics)
+        topics = [*log.topics, *getattr(log, "others", ())]
+        has = ", ".join(f"{t.name} ({t.type})" if t.type not in ("", t.name) else t.name for t in topics)
         columns = getattr(log, "columns", None)
         has = ", ".join(columns) if columns is not None else has
         hint = f" ({log.notes[0]})" if log.notes else ""

@@ -92,7 +92,8 @@ def require_channels(found: Plan, log: Log) -> None:
     """InputError, saying what the log has, where the mapping finds nothing in it."""
     if found.channels:
         return
-    has = ", ".join(t.name for t in log.topics if t.messages != 0) or "no topic with messages"
+    topics = [*log.topics, *getattr(log, "others", ())]
+    has = ", ".join(t.name for t in topics if t.messages != 0) or "no topic with messages"
     asked = sorted({name for s in found.mapping.streams for name in (s.topic or s.type or ("its columns",))})
     hint = f" ({found.notes[0]})" if found.notes else ""
     raise InputError(

@@ -26,18 +26,22 @@ _EVERY = 1000  # reads, of which who waits is told
 
 
 class ULogFile:
-    """One ULog. `names` are the topics that may be asked for; pyulog reads a file once, from end to end."""
+    """One ULog. `names` are the topics that may be asked for; pyulog reads a file once, from end to end.
+
+    `others` names the topics that the log has beside those that were read, with None or (nothing was logged) 0 messages.
+    """
 
     kind = "ulog"
 
     def __init__(self, path: Path, names: frozenset[str], allow_damaged: bool = False) -> None:
         self.path = path
         self.notes: list[str] = []
+        asked = _Asked(names)
         with reading(path, _EXPECTED, _REMEDY):
             from pyulog import ULog
 
             with _Watched(path) as file, contextlib.redirect_stdout(io.StringIO()):
-                log = ULog(file, message_name_filter_list=sorted(names))
+                log = ULog(file, message_name_filter_list=asked)
             short = file.short
         self._data = {(d.name, d.multi_id): d.data for d in log.data_list}
         self.topics = [
@@ -45,7 +49,8 @@ class ULogFile:
             for (name, instance), data in sorted(self._data.items())
             if "timestamp" in data
         ]
-        self.formats = sorted(log.message_formats)
+        read = {topic.name for topic in self.topics}
+        self.others = [Topic(n, n, 0, 0 if n in names else None) for n in sorted(asked.subscribed - read)]
         if log.file_corruption or short:
             what = "is damaged" if log.file_corruption else f"ends inside a message (at byte {path.stat().st_size})"
             if not allow_damaged:
@@ -106,6 +111,18 @@ def _starred(data: dict[str, Any], name: str) -> Array:
     while name.replace("*", str(count)) in data:
         count += 1
     return np.stack([data[name.replace("*", str(k))].astype(float) for k in range(count)], axis=-1)
+
+
+class _Asked(list[str]):
+    """The topics that pyulog is to read. It looks every topic of the log up in them: `subscribed` holds their names."""
+
+    def __init__(self, names: frozenset[str]) -> None:
+        super().__init__(sorted(names))
+        self.subscribed: set[str] = set()
+
+    def __contains__(self, name: object) -> bool:
+        self.subscribed.add(str(name))
+        return super().__contains__(name)
 
 
 class _Watched(io.BufferedReader):
