@@ -17,8 +17,8 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from infotraj import rotations
 from infotraj.errors import InputError
 from infotraj.flight import Flight
-from infotraj.importing import import_log, read_streams
-from infotraj.importing.leftover import unused
+from infotraj.importing import import_log, parse_mapping, read_streams, shipped
+from infotraj.importing.leftover import unused, wanting
 
 
 def _store(**texts: str) -> Any:
@@ -150,3 +150,19 @@ def test_topics_of_a_ulog_that_no_stream_asks_for_are_named(tmp_path):
     (tmp_path / "log.ulg").write_bytes(other)
     with pytest.raises(InputError, match="it has battery_xtatus, xctuator_motors, xehicle_attitude"):
         import_log(tmp_path / "log.ulg")
+
+
+def test_a_condition_that_a_topic_does_not_meet_is_said(tmp_path):
+    stream = {
+        "name": "pack",
+        "topic": "battery_status",
+        "when": {"id": 7},
+        "channels": {"battery": {"fields": "voltage_v"}},
+    }
+    px4 = shipped()["px4_ulog"].model_dump(mode="json", exclude_defaults=True)
+    streams = [s for s in px4["streams"] if s["name"] != "battery"]
+    path = writers_ulog.write_ulog(made_flight(seconds=3.0), tmp_path / "log.ulg", batteries=1)
+    read = read_streams(path, parse_mapping({**px4, "streams": [*streams, stream]}))
+    said = "id is 4, and stream pack is for id 7"
+    assert unused(read)["battery_status"] == said
+    assert f"battery_status voltage_v (there, but {said})" in wanting(read, "battery")

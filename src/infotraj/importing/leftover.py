@@ -11,7 +11,7 @@ from infotraj.errors import InfotrajError
 from infotraj.importing.log import Log, Request, Topic
 from infotraj.importing.mapping import Mapping, StreamMap
 from infotraj.importing.reading import Streams, opened
-from infotraj.importing.streams import Feed, Plan, label
+from infotraj.importing.streams import Feed, Plan, label, unmet
 
 _SHOWN = 3
 
@@ -22,7 +22,7 @@ def unused(read: Streams, definitions: tuple[Path, ...] = (), allow_damaged: boo
         fields = getattr(log, "fields", None)
         if fields is None:
             topics = [*log.topics, *getattr(log, "others", ())]
-            return {label(t): why for t in topics if (why := _topic_reason(t, read.plan)) is not None}
+            return {label(t): why for t in topics if (why := _topic_reason(log, t, read.plan)) is not None}
         out: dict[str, str] = {}
         for topic in log.topics:
             left = [name for name in fields(topic) if name not in _taken(read.plan, topic)]
@@ -48,7 +48,8 @@ def wanting(read: Streams, channel: str, definitions: tuple[Path, ...] = (), all
                 lacking = min(([f for f in mapped.fields if not log.has(t, f)] for t in topics), key=len, default=[])
                 partly.append(f"{wanted} (lacking {', '.join(lacking)})")
             elif best == len(mapped.fields):
-                partly.append(f"{wanted} (there, but without a number or an attitude to turn it with)")
+                why = _unmet(log, stream, topics) or "without a number or an attitude to turn it with"
+                partly.append(f"{wanted} (there, but {why})")
             else:
                 others.append(wanted)
     shown = [*partly, *others][:_SHOWN]
@@ -99,7 +100,7 @@ def _field_reason(name: str, log: Log, topic: Topic, found: Plan) -> str:
     return f"no channel of mapping {found.mapping.name} asks for it"
 
 
-def _topic_reason(topic: Topic, found: Plan) -> str | None:
+def _topic_reason(log: Log, topic: Topic, found: Plan) -> str | None:
     if any(f.topic == topic and f.used for f in found.feeds):
         return None
     if topic.messages == 0:
@@ -110,9 +111,20 @@ def _topic_reason(topic: Topic, found: Plan) -> str | None:
             source = found.feed_of(channel)
             if source is not None:
                 return f"{channel} comes from {_of(source)}"
-    if any(_names_topic(stream, topic) for stream in found.mapping.streams):
+    naming = [stream for stream in found.mapping.streams if _names_topic(stream, topic)]
+    if naming:
+        why = next(filter(None, (_unmet(log, stream, [topic]) for stream in naming)), None)
+        if why is not None:
+            return why
         return f"mapping {found.mapping.name} asks for it, but finds none of its fields there"
     return f"no stream of mapping {found.mapping.name} asks for it"
+
+
+def _unmet(log: Log, stream: StreamMap, topics: list[Topic]) -> str | None:
+    """The condition that keeps the stream from all of the topics that have its fields; None where one meets all."""
+    fields = [f for mapped in stream.channels.values() for f in mapped.fields]
+    reasons = [unmet(log, stream, t) for t in topics if any(log.has(t, f) for f in fields)]
+    return reasons[0] if reasons and all(reasons) else None
 
 
 def _of(feed: Feed) -> str:

@@ -132,7 +132,7 @@ def _find(log: Log, mapping: Mapping, stream: StreamMap, notes: list[str]) -> li
                 notes.append(f"{stream.name}: topic {topic.name} is empty")
             continue
         channels = _present(log, stream, topic, notes)
-        if channels and _holds(log, stream, topic):
+        if channels and unmet(log, stream, topic) is None:
             fitting.append((rank, topic, channels))
     if not fitting:
         return []
@@ -208,15 +208,18 @@ def _present(log: Log, stream: StreamMap, topic: Topic, notes: list[str]) -> dic
     return channels
 
 
-def _holds(log: Log, stream: StreamMap, topic: Topic) -> bool:
+def unmet(log: Log, stream: StreamMap, topic: Topic) -> str | None:
+    """Which of the stream's conditions (`when`) the topic's first message does not meet, None where it meets all."""
     for name, wanted in stream.when.items():
         found = log.first(topic, name) if log.has(topic, name) else None
         if isinstance(wanted, str):
-            if not isinstance(found, str) or not re.search(wanted, found):
-                return False
-        elif found is None or found != wanted:
-            return False
-    return True
+            meets = isinstance(found, str) and re.search(wanted, found) is not None
+        else:
+            meets = found is not None and found == wanted
+        if not meets:
+            is_found = "is missing" if found is None else f"is {found}"
+            return f"{name} {is_found}, and stream {stream.name} is for {name} {wanted}"
+    return None
 
 
 def _time(log: Log, mapping: Mapping, stream: StreamMap, topic: Topic) -> TimeMap:

@@ -28,7 +28,7 @@ _EVERY = 1000  # reads, of which who waits is told
 class ULogFile:
     """One ULog. `names` are the topics that may be asked for; pyulog reads a file once, from end to end.
 
-    `others` names the topics that the log has beside those that were read, with None or (nothing was logged) 0 messages.
+    `others`: the log's topics beside those that were read, with None or (where none was logged) 0 messages.
     """
 
     kind = "ulog"
