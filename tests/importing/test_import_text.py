@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 from pathlib import Path
 from typing import Any
 
@@ -324,3 +325,52 @@ def test_a_topic_of_ones_own_mapping_that_the_bag_lacks_is_noted(tmp_path: Path)
 
 def of(name: str) -> list[str]:
     return [f"{name}.{axis}" for axis in "xyz"]
+
+
+def _decimal_commas(text: str) -> bytes:
+    return text.replace(",", ";").replace(".", ",").encode()
+
+
+def _dates(text: str) -> bytes:
+    head, *rows = text.splitlines()
+    return "\n".join([head, *(f"2026-01-02T10:00:00.{r[:1]}{r[r.index(',') :]}" for r in rows)]).encode()
+
+
+def _units(text: str) -> bytes:
+    head, rows = text.split("\n", 1)
+    return f"{head}\n{','.join('m' for _ in head.split(','))}\n{rows}".encode()
+
+
+@pytest.mark.parametrize(
+    ("change", "found", "remedy"),
+    [
+        (_decimal_commas, "column 'px', row 1", 'table: {decimal: ","}'),
+        (_units, "column 'px', row 1: 'm'", "table: {skip: 2, header: [t,px,py,pz,qw,qx,qy,qz]}"),
+        (
+            lambda text: b"# a log, by me\n# second\n" + text.encode(),
+            "first line is '# a log, by me'",
+            'table: {comment: "#"}',
+        ),
+        (lambda text: b"A log\n" + text.encode(), "first line is 'A log'", "table: {skip: 1}"),
+        (_dates, "row 1: '2026-01-02T10:00:00", None),
+        (lambda text: text.encode("utf-16"), "holds text in UTF-16", None),
+        (lambda text: text.replace("qz", "qz [\u00b0]").encode("latin-1"), "iconv -f ISO-8859-1 -t UTF-8", None),
+        (lambda text: gzip.compress(text.encode()), "holds gzip data; expected", None),
+    ],
+    ids=["decimal comma", "units", "comment", "title", "dates", "utf-16", "latin-1", "gzip"],
+)
+def test_a_text_that_is_laid_out_otherwise_is_told_what_reads_it(
+    change: Any, found: str, remedy: str | None, tmp_path: Path
+) -> None:
+    text = GOOD.table[["t", "px", "py", "pz", "qw", "qx", "qy", "qz"]].to_csv(index=False)
+    path = tmp_path / "log.csv"
+    path.write_bytes(change(text))
+    with pytest.raises(InputError) as caught:
+        import_log(path)
+    assert found in str(caught.value)
+    if remedy is None:
+        return
+    said = remedy.replace("[t,px,py,pz,qw,qx,qy,qz]", "[t, px, ..]")
+    assert f"`{said}`" in str(caught.value)
+    (tmp_path / "m.yaml").write_text(f"extends: flight_table\n{remedy}\n")
+    np.testing.assert_allclose(import_log(path, tmp_path / "m.yaml").get("px", "qw"), GOOD.get("px", "qw"))

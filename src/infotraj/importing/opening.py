@@ -9,6 +9,7 @@ from infotraj.importing.blackbox import BlackboxLog, split_number
 from infotraj.importing.blackbox_header import MAGIC as BLACKBOX
 from infotraj.importing.crazyflie import MAGIC, CrazyflieLog
 from infotraj.importing.dataflash import DataFlashLog
+from infotraj.importing.foreign import foreign
 from infotraj.importing.log import Log
 from infotraj.importing.rosbag import RosBag
 from infotraj.importing.table import TableFile
@@ -51,6 +52,8 @@ def kind_of(path: Path) -> str:
     if found is None or (named is not None and found != named):
         what = _SAID.get(found or "", "text" if _is_text(head) else "bytes of no known format")
         remedy = "Rename it by what it holds." if found else "Check how it was made, and copied."
+        if found is None and named is None and not _is_text(head):
+            what, remedy = foreign(head, path) or (what, remedy)
         raise InputError(problem(f"{path}: holds {what}", _SAID[named] if named else _KINDS, remedy))
     if number is not None and found != "blackbox":
         raise InputError(problem(f"{path}#{number}: {_SAID[found]} holds one log", str(path), "Leave the number out."))

@@ -69,6 +69,8 @@ class TableFile:
             self._per_row = len(self._names) - 1
             uneven = self._uneven_line()
         self._cut = uneven is not None and uneven[2]
+        if self._layout is None and uneven is not None and not uneven[2]:
+            self._require_names_on_top(uneven[0])
         if uneven is not None and not (allow_damaged and self._cut):
             raise InputError(
                 problem(
@@ -79,6 +81,22 @@ class TableFile:
             )
         if self._cut:
             self.notes.append("the last row was cut and is left out")
+
+    def _require_names_on_top(self, uneven: int) -> None:
+        """InputError where the first line is a title or a comment, no names: row `uneven` has other columns."""
+        with open(self.path, encoding="utf-8-sig", newline="") as file:
+            line = file.readline(1 << 20).strip()
+        mark = next((m for m in ("#", "%", "//") if line.startswith(m)), None)
+        if len(self._names) > 1 and not (mark and uneven == 1):
+            return
+        layout = f'comment: "{mark}"' if mark else f"skip: {uneven}"
+        raise InputError(
+            problem(
+                f"{self.path}: the first line is {line[:40]!r}, and row {uneven} has other columns",
+                "the columns' names in the first line",
+                f"Leave such lines out, or give a mapping with `table: {{{layout}}}` (`extends: flight_table`).",
+            )
+        )
 
     def _uneven_line(self) -> tuple[int, int, bool] | None:
         """As `uneven_row`, line by line, for a text with a layout of its own."""

@@ -16,6 +16,8 @@ _LIST = re.compile(r"\s*(?:array|tensor)?\s*[\[(].*[\])]\s*", re.DOTALL)
 _MARKS = str.maketrans("[](),;", " " * 6)
 _REMEDY = "Write it again, or correct the row."
 _LONGEST = 1000
+_COMMA = re.compile(r"\s*[+-]?\d*,\d+(?:[eE][+-]?\d+)?\s*")
+_DATE = re.compile(r"\s*(?:\d{4}-\d\d?-\d\d?|\d\d?:\d\d:\d\d)")
 
 
 def list_length(cells: Any) -> int:
@@ -61,10 +63,26 @@ def numbers_of(column: Any, name: str, before: int, path: Path) -> Array:
             problem(
                 f"{path}: column {name!r}, row {before + k + 1}: {str(column.iloc[k])[:40]!r}",
                 "a number or an empty cell",
-                _REMEDY,
+                _cell_remedy(str(column.iloc[k]), before + k == 0 and text.size == 1, path),
             )
         )
     return values.to_numpy(dtype=float, na_value=np.nan)
+
+
+def _cell_remedy(cell: str, first_alone: bool, path: Path) -> str:
+    """What to do with a cell that is no number; `first_alone`: it stands in the first row, and numbers follow."""
+    if _DATE.match(cell):
+        return "Write times as seconds: (pd.to_datetime(t) - pd.to_datetime(t)[0]).dt.total_seconds() in pandas."
+    if path.suffix.lower() == ".parquet":
+        return _REMEDY
+    if _COMMA.fullmatch(cell):
+        return 'It has a decimal comma: give a mapping with `table: {decimal: ","}` (`extends: flight_table`).'
+    if first_alone:
+        return (
+            "Are these units? Leave the row out, or give a mapping with `table: {skip: 2, header: [t, px, ..]}`, "
+            "the names of the columns (`extends: flight_table`)."
+        )
+    return _REMEDY
 
 
 def _split(cell: Any) -> list[float] | None:
