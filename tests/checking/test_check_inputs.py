@@ -136,6 +136,24 @@ def test_thrusts_in_another_unit_are_found_with_the_setting_that_mends_them(fact
     assert "rotor_unit" not in {f.code for f in examine(flight, with_thrusts()).findings}
 
 
+def test_of_a_log_with_measured_rotors_alone_these_are_named():
+    plain, vehicle = by_speed(fly(seconds=3.0)[0])
+    rpm = {f"rotor_{i}": plain.get(f"rotor_{i}")[:, 0] * 30.0 / np.pi for i in range(4)}
+    commands = [f"cmd_rotor_{i}" for i in range(4)]
+    (found,) = [
+        f
+        for f in examine(Flight(plain.table.assign(**rpm).drop(columns=commands)), vehicle).findings
+        if f.code == "rotor_unit"
+    ]
+    assert found.what.startswith("the measured rotors make")
+    assert found.channels == ("rotor_0..3",)
+    assert found.settings == ("rotor.unit=rpm",)
+    by_throttle = {**yaml.safe_load((VEHICLES / "betaflight_5inch.yaml").read_text()), "mass": MASS}
+    measured = Flight(plain.table.drop(columns=commands))
+    found = next(f for f in examine(measured, parse_vehicle(by_throttle)).findings if f.code == "rotor_unit")
+    assert "the unit of rotor_0..3" in found.remedy
+
+
 @pytest.mark.parametrize(
     ("low", "high", "unit"), [(0, 100, "percent"), (1000, 2000, "pwm_us"), (47, 2047, "dshot"), (0, 65535, "pwm16")]
 )

@@ -54,12 +54,16 @@ def carrying_findings(flight: Flight, airborne: Mask, vehicle: Vehicle | None) -
     thrust = rotor_thrust(flight, vehicle)
     if thrust is not None:
         ratio = _median(thrust[airborne]) / (vehicle.mass * felt)
-        count, inputs = len(vehicle.rotors), {r.input for r in vehicle.rotors}
+        prefix, inputs = _carrying_prefix(flight), {r.input for r in vehicle.rotors}
         if inputs == {"throttle"}:
-            units = _throttle_unit(flight.numbered("cmd_rotor_")[airborne], ratio)
+            # What is measured of a rotor is a speed, whatever range its numbers keep to.
+            units = _throttle_unit(flight.numbered("cmd_rotor_")[airborne], ratio) if prefix else ()
         else:
             units = UNITS[inputs.pop()] if len(inputs) == 1 else ()
-        found += _judged(ratio, "rotor_unit", "the rotor commands make", f"cmd_rotor_0..{count - 1}", units)
+        if not prefix:
+            units = tuple((f, text, setting.replace("rotor_command.", "rotor.")) for f, text, setting in units)
+        what = "the rotor commands make" if prefix else "the measured rotors make"
+        found += _judged(ratio, "rotor_unit", what, f"{prefix}rotor_0..{len(vehicle.rotors) - 1}", units)
     if flight.has(*COMMANDED_FORCE):
         size = _median(np.linalg.norm(flight.get(*COMMANDED_FORCE)[airborne], axis=1))
         units = (
@@ -76,13 +80,16 @@ def carrying_findings(flight: Flight, airborne: Mask, vehicle: Vehicle | None) -
     return found
 
 
+def _carrying_prefix(flight: Flight) -> str:
+    """Of the columns that say what carries the vehicle: the commands', "cmd_", else those of measured ones, ""."""
+    return "cmd_" if flight.numbered("cmd_rotor_").shape[1] else ""
+
+
 def rotor_thrust(flight: Flight, vehicle: Vehicle) -> Array | None:
     """The size of the rotors' summed thrust vector (n,), N, commanded (else measured) and with commanded tilts; None
     where the log does not have one column for each rotor."""
-    for prefix in ("cmd_", ""):
-        rotors, tilts = flight.numbered(f"{prefix}rotor_"), flight.numbered(f"{prefix}tilt_")
-        if rotors.shape[1]:
-            break
+    prefix = _carrying_prefix(flight)
+    rotors, tilts = flight.numbered(f"{prefix}rotor_"), flight.numbered(f"{prefix}tilt_")
     if not vehicle.rotors or rotors.shape[1] != len(vehicle.rotors) or tilts.shape[1] < len(vehicle.tilts):
         return None
     return np.linalg.norm(body_wrench(vehicle, rotors, tilts)[:, :3], axis=1)
