@@ -133,6 +133,8 @@ def test_a_column_that_repeats_while_its_siblings_go_on_is_dead():
     assert (found.column, found.value) == ("wy", 0.3)
     np.testing.assert_array_equal(found.rows, dead)
     assert found.share == pytest.approx(dead.mean())
+    (whole,) = dead_column_findings(flight(**x), [replace(found, share=0.998)])
+    assert "in 100 % of the flight" in whole.what
     short = (T > 12.0) & (T < 12.3)
     assert dead_columns(flight(**{**x, "wy": np.where(short, 0.3, x["wy"])}), ALL) == []
     # Where all stand still it is no matter of one.

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from infotraj.checking.finding import Finding, spans_text
+from infotraj.checking.percent import percent
 from infotraj.checking.streams import runs
 from infotraj.flight import POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
 from infotraj.rotations import Array, Mask
@@ -89,7 +90,7 @@ def dead_column_findings(flight: Flight, dead: list[DeadColumn]) -> list[Finding
             Finding(
                 "dead_column",
                 "warning" if much else "note",
-                f"{d.column} reads {d.value:.4g} without a change in {100 * d.share:.2g} % of the flight, while its "
+                f"{d.column} reads {d.value:.4g} without a change in {percent(d.share)} of the flight, while its "
                 f"siblings go on ({spans_text(spans, 2)})",
                 f"a dead sensor: the column is left empty there; {_without(flight, d.column)}",
                 "repair the sensor, or leave the column out of the mapping" if much else "nothing",

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from infotraj.checking.finding import Finding
+from infotraj.checking.percent import percent
 from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
 from infotraj.rotations import Array, Mask
 
@@ -94,7 +95,7 @@ def held_findings(held: Sequence[Held], airborne: Mask) -> list[Finding]:
         if h.always:
             said.append(f"{_name(h)} at {h.hz:.3g} Hz in rows of {h.row_hz:.3g} Hz")
         elif share > 0:
-            said.append(f"{_name(h)} now and then ({100 * share:.2g} % of the flight)")
+            said.append(f"{_name(h)} now and then ({percent(share)} of the flight)")
         else:
             continue
         values[_name(h)] = {"hz": h.hz, "row_hz": h.row_hz, "share": share}

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from infotraj.checking.finding import Finding, spans_text
+from infotraj.checking.percent import percent
 from infotraj.checking.streams import runs
 from infotraj.flight import POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
 from infotraj.rotations import Array, Mask
@@ -65,7 +66,7 @@ def jump_findings(flight: Flight, jumped: list[Jumped]) -> list[Finding]:
                 what,
                 "the angle between two samples across a jump is wrong"
                 if angle
-                else f"the rows between two jumps ({100 * share:.2g} % of the log) are left empty",
+                else f"the rows between two jumps ({percent(share)} of the log) are left empty",
                 "unwrap it before the import" if j.code == "wrapped" else "repair the sign before the import",
                 sure=0.95,
                 spans=tuple((float(flight.t[a]), float(flight.t[b - 1])) for a, b in runs(j.rows)),

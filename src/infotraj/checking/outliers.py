@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from infotraj.checking.finding import Finding, Severity, Span, spans_text
+from infotraj.checking.percent import percent
 from infotraj.checking.streams import runs
 from infotraj.checking.voids import Void
 from infotraj.flight import ATTITUDE, COMMANDED_FORCE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
@@ -38,7 +39,7 @@ def attitude_norm(flight: Flight) -> list[Finding]:
         Finding(
             "attitude_norm",
             "reject" if worthless else "note",
-            f"the quaternion has a length other than 1 in {100 * share:.2g} % of the rows "
+            f"the quaternion has a length other than 1 in {percent(share)} of the rows "
             f"(median {np.median(norm[bad]):.3g})",
             "it is no attitude there",
             "check which columns are the quaternion" if worthless else "leave these rows out",
@@ -74,7 +75,7 @@ def impossible_values(flight: Flight, airborne: Mask) -> list[Finding]:
                 Finding(
                     code,
                     "reject",
-                    f"{columns[0]}..{columns[2]} exceed {limit:g} {unit} in {100 * share:.2g} % of the flight",
+                    f"{columns[0]}..{columns[2]} exceed {limit:g} {unit} in {percent(share)} of the flight",
                     "every comparison of model and measurement would be wrong",
                     hint,
                     sure=0.99,
@@ -179,7 +180,7 @@ def saturation(flight: Flight, airborne: Mask) -> tuple[list[Finding], list[Void
                 Finding(
                     "saturated",
                     severity,
-                    f"{column} stays at its extreme for {100 * share:.2g} % of the flight ({spans_text(spans, 2)})",
+                    f"{column} stays at its extreme for {percent(share)} of the flight ({spans_text(spans, 2)})",
                     "the true value lies beyond it: these samples are left empty"
                     if sensor
                     else "the actuator could not do more: models differ least here",
