@@ -13,6 +13,7 @@ from infotraj.describing import guesses, layouts
 from infotraj.describing.against import seen
 from infotraj.describing.command import vehicle_command
 from infotraj.describing.doctor import doctor_command
+from infotraj.describing.plausible import require_sizes
 from infotraj.describing.writing import Asked, vehicle_text
 from infotraj.errors import InputError, UsageError
 from infotraj.flight import read_flight
@@ -169,6 +170,11 @@ def test_lengths_may_be_given_in_the_units_they_are_sold_in(tmp_path):
         ([*SMALL, "--input", "throttle"], "no --hover"),
         ([*SMALL, "--input", "throttle", "--hover", "40"], "--hover 40; expected a throttle of 0..1"),
         ([*SMALL, "--hover", "56000"], "If it is in rpm, give --hover 56000rpm"),
+        ([*SMALL, "--hover", "0.52"], "If it is a throttle, add --input throttle"),
+        ([*SMALL, "--arm", "160", "--mass", "800", "--propeller", "127"], "N a m^2 of their area; expected 3 to 3000"),
+        ([*SMALL, "--mass", "800"], "--arm 160mm --mass 800g --propeller 5in"),
+        ([*SMALL, "--propeller", "5"], "4 propellers carry 0.09992 N a m^2"),
+        ([*SMALL, "--arm", "160"], "an arm is 1260 propellers long; expected 0.25 to 12"),
         ([*SMALL, "--input", "thrust", "--hover", "40"], "--hover with --input thrust"),
         ([*SMALL, "--inertia", "0.1", "0.1"], "--inertia with 2 numbers"),
         (["--layout", "hexa_x", "--order", "betaflight", *SMALL[4:]], "the order of betaflight for hexa_x"),
@@ -179,6 +185,16 @@ def test_what_is_missing_or_contradicts_is_one_line_and_leaves_nothing(tmp_path,
     assert isinstance(done.exception, UsageError)
     assert says in str(done.exception)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_mass_may_be_given_in_grams_and_every_shipped_vehicle_is_of_sizes_that_fly(tmp_path):
+    assert new("-o", tmp_path / "mine.yaml", *SMALL, "--mass", "800g").exit_code == 0
+    assert load_vehicle(tmp_path / "mine.yaml").mass == pytest.approx(0.8)
+    for path in sorted(VEHICLES.glob("*.yaml")):
+        vehicle = load_vehicle(path)
+        if vehicle.mass and vehicle.rotors and all(r.radius for r in vehicle.rotors):
+            arm = max(np.linalg.norm(r.position) for r in vehicle.rotors)
+            require_sizes(arm, vehicle.mass, 2 * vehicle.rotors[0].radius, len(vehicle.rotors))
 
 
 def test_numbers_that_make_no_body_are_refused(tmp_path):

@@ -12,7 +12,7 @@ from infotraj.vehicle import Vehicle
 
 FASTEST_TIP = 250.0  # m/s: nearer to the speed of sound no propeller of a multirotor hovers
 RPM = np.pi / 30.0  # rad/s
-_SLOWEST_TIP = 10.0  # m/s
+SLOWEST_TIP = 10.0  # m/s
 _FACTOR = 5.0  # between a propeller's thrust and that of others of its diameter
 _ONE_PLACE = 0.02  # of the longest arm
 
@@ -44,8 +44,8 @@ def _hover(vehicle: Vehicle) -> list[Said]:
     if not radii:
         return [Said(said, True)]
     tip = speed * max(radii)
-    good = _SLOWEST_TIP < tip < FASTEST_TIP
-    doubt = "" if good else f": tips of {_SLOWEST_TIP:g} to {FASTEST_TIP:g} m/s are usual; mass or thrust_coefficient?"
+    good = SLOWEST_TIP < tip < FASTEST_TIP
+    doubt = "" if good else f": tips of {SLOWEST_TIP:g} to {FASTEST_TIP:g} m/s are usual; mass or thrust_coefficient?"
     return [Said(f"{said}, tips at {tip:.3g} m/s{doubt}", good)]
 
 

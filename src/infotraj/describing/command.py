@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from infotraj.describing.layouts import LAYOUTS, ORDERS, orders_of
+from infotraj.describing.layouts import LAYOUTS, ORDERS, orders_of, places
 from infotraj.errors import UsageError, problem
 from infotraj.options import Reading, Several, accept_option, quiet_option, say_next
 
@@ -46,6 +46,7 @@ class _Measured(click.ParamType):
 
 _SPEED = _Measured("speed", {"rad/s": 1.0, "rpm": math.pi / 30}, "586 or 5600rpm")
 _LENGTH = _Measured("length", {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}, "0.275 or 27.5cm")
+_MASS = _Measured("mass", {"kg": 1.0, "g": 0.001}, "0.8 or 800g")
 _POSITIVE = click.FloatRange(min=0, min_open=True)
 _FLIGHT = click.option("--flight", type=click.Path(path_type=Path), help="A flight to hold the new file against.")
 
@@ -60,7 +61,7 @@ def vehicle_command() -> None:
 @click.option("--layout", type=click.Choice(LAYOUTS), help="Where the rotors stand.")
 @click.option("--order", type=click.Choice(ORDERS), help="Whose order of motors the log has.")
 @click.option("--arm", type=_LENGTH, help="m (or 27.5cm), from the middle to a rotor's axis.")
-@click.option("--mass", type=_POSITIVE, help="kg, with the battery.")
+@click.option("--mass", type=_MASS, help="kg (or 800g), with the battery.")
 @click.option("--propeller", type=_LENGTH, help="m (or 10in), diameter.")
 @click.option(
     "--input",
@@ -130,6 +131,8 @@ def check_command(file: Path, flight: Path | None, accept: tuple[str, ...], quie
 
 def _completed(known: dict[str, Any], kind: str) -> str:
     """Fills in what is missing by asking, on a terminal. UsageError, naming all of it, elsewhere."""
+    from infotraj.describing.plausible import require_sizes, require_speed
+
     missing = [name for name in _NEEDED if known[name] is None]
     if kind == "throttle" and known["hover"] is None:
         missing.append("hover")
@@ -138,30 +141,23 @@ def _completed(known: dict[str, Any], kind: str) -> str:
         options = ", ".join(f"--{name}" + (f" ({offered[name]})" if name in offered else "") for name in missing)
         raise UsageError(problem(f"no {options}", "what the file cannot do without", "Add it, or use a terminal."))
     for name in missing:
-        kinds = {"layout": click.Choice(LAYOUTS), "order": click.Choice(ORDERS), "arm": _LENGTH, "propeller": _LENGTH}
+        kinds = {"layout": click.Choice(LAYOUTS), "order": click.Choice(ORDERS), "mass": _MASS}
+        kinds |= dict.fromkeys(("arm", "propeller"), _LENGTH)
         choices = kinds.get(name, _POSITIVE)
         known[name] = click.prompt(
             _NEEDED.get(name, "Throttle in hover, 0..1"), type=choices, show_choices=False, err=True
         )
     if kind == "throttle" and known["hover"] > 1:
         raise UsageError(problem(f"--hover {known['hover']:g}", "a throttle of 0..1", "Correct it, or --input."))
+    rotors = len(places(known["layout"], known["order"]))
+    require_sizes(known["arm"], known["mass"], known["propeller"], rotors)
     if kind == "speed" and known["hover"] is not None:
-        _checked_speed(known["hover"], known["propeller"])
+        require_speed(known["hover"], known["propeller"])
     for name in ("thrust_coefficient", "hover") if kind == "thrust" else ("thrust_coefficient",) * (kind != "speed"):
         if known[name] is not None:
             option = f"--{name.replace('_', '-')}"
             raise UsageError(problem(f"{option} with --input {kind}", "one of them", f"Leave {option} out."))
     return kind
-
-
-def _checked_speed(hover: float, propeller: float) -> None:
-    from infotraj.describing.alone import FASTEST_TIP
-
-    tip = hover * propeller / 2
-    if tip > FASTEST_TIP:
-        found = f"--hover {hover:g}: at {hover:g} rad/s the tips of {propeller:g} m propellers move with {tip:.0f} m/s"
-        remedy = f"If it is in rpm, give --hover {hover:g}rpm."
-        raise UsageError(problem(found, f"rad/s, tips below {FASTEST_TIP:g} m/s", remedy))
 
 
 def _held_against(file: Path, flight: Path, accept: tuple[str, ...]) -> None:
