@@ -157,6 +157,23 @@ def test_nothing_is_derived_across_a_gap() -> None:
     np.testing.assert_allclose(found[:, 0], np.where(t < 1.5, 1.0, -1.0), atol=1e-9)
 
 
+def test_what_is_derived_of_poses_in_every_fifth_row_stands_there(tmp_path: Path) -> None:
+    """Sensors of several rates merged into one table leave cells empty, and a row is then no sample."""
+    table = GOOD.table.drop(columns=["vx", "vy", "vz", "wx", "wy", "wz"])
+    pose = ["px", "py", "pz", "qw", "qx", "qy", "qz"]
+    empty = np.arange(len(table)) % 5 != 0
+    empty[100:160] = True
+    table.loc[empty, pose] = np.nan
+    table.to_csv(tmp_path / "merged.csv", index=False)
+    found = import_log(tmp_path / "merged.csv")
+    inner = np.flatnonzero(~empty)[1:-1]
+    inner = inner[(inner < 90) | (inner > 170)]
+    for columns, error in ((("vx", "vy", "vz"), 0.05), (("wx", "wy", "wz"), 0.1)):
+        assert set(columns) <= set(found.meta["derived"])
+        np.testing.assert_array_equal(np.isfinite(found.get(*columns)).all(axis=1), ~empty)
+        np.testing.assert_allclose(found.get(*columns)[inner], GOOD.get(*columns)[inner], atol=error)
+
+
 @pytest.mark.parametrize("jitter", [0.03, 0.08])
 @pytest.mark.parametrize("sampled", ["evenly", "when stamped"])
 def test_stamps_that_jitter_do_not_make_the_motion_faster(jitter: float, sampled: str) -> None:

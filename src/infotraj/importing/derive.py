@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from infotraj import rotations
+from infotraj.importing.resample import gap_limit
 from infotraj.rotations import Array
 
 VELOCITY_RULE = "central difference of the position"
@@ -23,8 +24,8 @@ _EVEN = 1e-3  # of a step: stamps this close to an even grid are on it
 
 
 def velocity(t: Array, position: Array, limit: float) -> Array:
-    """Velocity (n, 3) in the position's axes; `limit` (s) is the longest step that is no gap."""
-    return slope(t, position, limit)
+    """Velocity (n, 3) in the position's axes; `limit` (s) is the longest step of the rows that is no gap."""
+    return slope(t, position, _between_samples(t, position, limit))
 
 
 def slope(t: Array, values: Array, limit: float) -> Array:
@@ -36,11 +37,17 @@ def slope(t: Array, values: Array, limit: float) -> Array:
 
 
 def rate(t: Array, attitude: Array, limit: float) -> Array:
-    """Angular velocity (n, 3), rad/s, body axes, of attitudes (n, 4)."""
+    """Angular velocity (n, 3), rad/s, body axes, of attitudes (n, 4); `limit` as in `velocity`."""
     good = np.isfinite(attitude).all(axis=1)
     q = np.full_like(attitude, np.nan)
     q[good] = rotations.continuous(rotations.normalize(attitude[good]))
-    return _per_run(t, q, limit, rate_rule)[:, :3]
+    return _per_run(t, q, _between_samples(t, q, limit), rate_rule)[:, :3]
+
+
+def _between_samples(t: Array, values: Array, limit: float) -> float:
+    """The longest step (s) between samples that is no gap: they may stand in every fifth row of a faster sensor's."""
+    sampled = t[np.isfinite(values).all(axis=1)]
+    return max(limit, gap_limit(sampled)) if sampled.size > 2 else limit
 
 
 def slope_rule(values: Array, step: float) -> Array:
