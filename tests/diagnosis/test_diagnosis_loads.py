@@ -17,6 +17,7 @@ from infotraj.diagnosis.diagnosis import diagnose
 from infotraj.diagnosis.gates.observing import observe
 from infotraj.diagnosis.gates.premises import examined
 from infotraj.diagnosis.linear.candidates import candidates
+from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.select.around import linearised
 from infotraj.diagnosis.select.swinging import shape_of, swung
 from infotraj.effects import catalogue
@@ -54,6 +55,14 @@ def test_an_effect_without_a_shape_is_not_scanned():
     assert [shape_of(c, VEHICLE) for c in known] == [None, None]
     now = linearised(observe(Model(VEHICLE), flights(0.08, 0.5, 1)), (), known)
     assert swung(now, known) is now
+
+
+def test_a_load_that_the_model_has_is_looked_for_in_its_place():
+    """Healthy flights may have one, and a model has no second."""
+    known, _ = candidates({"suspended_load": catalogue()["suspended_load"]}, VEHICLE, flights(0.08, 0.5, 1))
+    there = Member(known[0], catalogue()["suspended_load"](mass=0.01, length=0.6))
+    found = swung(linearised(observe(Model(VEHICLE), flights(0.08, 0.5, 1)), (there,), known), known)
+    assert found.point == (there,)
 
 
 @pytest.mark.long

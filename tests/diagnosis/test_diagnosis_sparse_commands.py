@@ -12,9 +12,15 @@ from exact_simulation import fly
 from infotraj.cli import cli
 from infotraj.diagnosis.adding import add
 from infotraj.diagnosis.diagnosis import diagnose
+from infotraj.diagnosis.gates.observing import observe
+from infotraj.diagnosis.gates.refusal import errors
+from infotraj.diagnosis.linear.candidates import candidates
 from infotraj.diagnosis.report.summary import as_dict, as_text
+from infotraj.diagnosis.select.prior import file_only
+from infotraj.diagnosis.select.reading import as_commanded
+from infotraj.effects import catalogue
 from infotraj.errors import InputError
-from infotraj.flight import COMMAND_STEPS, Flight, read_flight, stepped
+from infotraj.flight import COMMAND_STEPS, Flight, command_steps, read_flight, stepped
 from infotraj.models import Model
 from infotraj.models.recorded import recorded
 from infotraj.vehicle import load_vehicle
@@ -47,6 +53,29 @@ def test_steps_lie_on_the_line_between_commands_but_not_across_a_gap():
     np.testing.assert_allclose(made.values[2], (held.values[0] + held.values[1]) / 2)
     inside = (made.times > table["t"][19] + 1e-9) & (made.times < table["t"][31] - 1e-9)
     assert not inside.any()
+
+
+@pytest.mark.parametrize("lag", [1.0, 2.0], ids=["as it is", "twice the lag"])
+def test_commands_of_a_controller_of_100_hz_are_read_as_held(lag):
+    """A declared lag that is too long asks for earlier commands, until it is corrected."""
+    folder = Path(__file__).parents[2] / "examples/quad"
+    vehicle = load_vehicle(folder / "vehicle.yaml")
+    rotors = tuple(r.model_copy(update={"time_constant": lag * r.time_constant}) for r in vehicle.rotors)
+    vehicle = vehicle.model_copy(update={"rotors": rotors})
+    flights = [read_flight(folder / f"healthy/flight_{k}.parquet") for k in range(3)]
+    known, _ = candidates(catalogue(), vehicle, flights)
+    every = [*known, *file_only(vehicle, known, flights)]
+    found = as_commanded(observe(Model(vehicle), flights), (), every)
+    assert {command_steps(s.flight) for s in found.observation.samples} == {1}
+
+
+def test_errors_are_those_of_the_commands_as_they_were_read():
+    flights, given = logs("quadrotor", {"mass_offset": {"dm": 0.1}}, 4, seconds=6.0), model("quadrotor")
+    made = add(given, ["mass_offset"], flights)
+    assert made.command_steps > 1
+    read = [stepped(f, made.command_steps) for f in flights]
+    np.testing.assert_array_equal(made.before.rmse, errors(given, read, None, None).rmse)
+    np.testing.assert_array_equal(made.after.rmse, errors(made.model, read, None, None).rmse)
 
 
 @pytest.mark.long

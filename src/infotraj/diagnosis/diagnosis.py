@@ -194,8 +194,9 @@ def diagnose(
         told_of = refused_axes(doubts).keys()
         fitted = search.observation.model(straight(whole))
         reached("fitted model")
-        after_all = refusal.unanswered(fitted, flights, start, stop, known=told_of, given=model)
-        late = [d for d in as_accepted(after_all, flights) if not refused_axes(doubts).keys() >= set(d.axes)]
+        read = search.observation.flights
+        after_all = refusal.unanswered(fitted, read, start, stop, known=told_of, given=model)
+        late = [d for d in as_accepted(after_all, read) if not refused_axes(doubts).keys() >= set(d.axes)]
         doubts = once((*doubts, *late))
         if not search.known or not any(d.counts for d in late):
             break
@@ -217,9 +218,11 @@ def diagnose(
     chosen = [m for m in into if m.candidate.name in supported or m.candidate.label in made.beside]
     added = [*(m for m in final.members if m.held), *chosen] if chosen else list(held)
     after_model = observation.model(added) if chosen else model
-    as_given = refusal.compared(model, seen, start, stop)
+    # Both with commands as they were read: how they were made between rows is no part of a model.
+    read = search.observation.flights
+    as_given = refusal.compared(model, read, start, stop)
     before = statistics(as_given)
-    as_found = refusal.compared(after_model, seen, start, stop) if chosen else as_given
+    as_found = refusal.compared(after_model, read, start, stop) if chosen else as_given
     after = statistics(as_found) if chosen else before
     doubts = agreement.still_doubtful(doubts, as_found, vehicle)
     # With the healthy numbers as they are a change would be as sure as if they were known.

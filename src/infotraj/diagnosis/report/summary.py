@@ -256,10 +256,12 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
         lines.append(f"the new model corrects the file{beside}: {labels_in_words(found.beside)}")
         lines.append("corrections predict together; one may stand for another: what your file should say is above")
     explained = {s.axis for s in found.unexplained.axes}
+    # Healthy flights have the file's own errors, too.
+    cause = "what has no name" if found.healthy is not None else "the file's own errors, or what has no name"
     for axis, error in stays(found).items():
         if axis not in explained and "v" + axis[1] not in explained:
             unit_of = unit[axis[0]]
-            lines.append(f"{error:.3g} {unit_of} of error stay on {axis}: the file's own errors, or what has no name")
+            lines.append(f"{error:.3g} {unit_of} of error stay on {axis}: {cause}")
     for s in found.unexplained.axes:
         goes = ", ".join(f"{q} ({c:+.2f})" for q, c in s.goes_with)
         goes = f"; it goes with {goes}" if goes else ""

@@ -30,7 +30,7 @@ SCALES = (0.05, 0.3, 1.0, 3.0, 9.0)  # of all numbers of a file together, times 
 KIND_SPREAD = 0.4  # standard deviation of the logarithm by which a kind's scale differs from the common one
 OF_THE_LOG = ("clock", "mount")
 _AS_EVER = (*OF_THE_LOG, "air")  # kinds that are no worse for what a file says of the vehicle
-_STAMP = 0.1  # of the time between commands: their stamps are hardly more exact
+STAMP = 0.1  # of the time between commands: their stamps are hardly more exact
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ def spikes(owners: Sequence[tuple[Candidate, float]], scales: Scales, command_st
         kind, most = candidate.cls.declared.kind, candidate.cls.declared.most
         out[i] = min(scales.of(kind), most) * candidate.cls.declared_deviation(vehicle, size)
         if kind in ("time", "clock"):
-            out[i] = np.hypot(out[i], _STAMP * command_step / abs(size))
+            out[i] = np.hypot(out[i], STAMP * command_step / abs(size))
     return out
 
 

@@ -10,17 +10,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from infotraj.diagnosis.gates.premises import command_step
 from infotraj.diagnosis.linear.candidates import Candidate
 from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.select.around import Linear, linearised
 from infotraj.diagnosis.select.choosing import searched
+from infotraj.diagnosis.select.prior import EACH, STAMP
 from infotraj.dynamics.inputs import command_columns
 from infotraj.flight import COMMAND_STEPS, Flight, stepped
 from infotraj.vehicle import Vehicle
 
 _SPARSE = 0.0075  # s between rows with commands: a controller of more than 133 Hz is usual
 _COUNTS = (2, 4)
+_LATE = "actuation_delay"
 
 
 def sparse(flight: Flight, vehicle: Vehicle) -> bool:
@@ -32,22 +36,46 @@ def sparse(flight: Flight, vehicle: Vehicle) -> bool:
 def as_commanded(observation: Observation, held: Sequence[Member], known: Sequence[Candidate]) -> Linear:
     """The model around the effects that it has, with commands read as the best set of effects is most probable.
 
-    Both readings are as likely before a flight is seen; they are compared under the weights and columns of the first:
-    how commands were made between rows changes what is left, and hardly what an effect does to it.
+    A log is read as it stands: that its commands made steps is said of it like an effect, and costs as much. Where that
+    pays around the file as it is, it has to pay around the file as it is found to be, too: a declared lag that is twice
+    the true one asks for earlier commands until it is corrected.
     """
     here = linearised(observation, held, known)
     if not any(sparse(s.flight, observation.vehicle) for s in observation.samples):
         return here
-    best, score = observation, _within_bounds(here)
+    if _most_probable(here, held) is observation:
+        return here
+    chosen, _, solution = searched(here)
+    point = here.members(chosen, solution.theta, shift=0.0, straight=True)
+    best = _most_probable(linearised(observation, point, known, like=here, anew=True), held)
+    return here if best is observation else linearised(best, held, known)
+
+
+def _most_probable(now: Linear, held: Sequence[Member]) -> Observation:
+    """The flights under the reading of their commands that is most probable around a model.
+
+    Readings are compared under the weights and columns of the first: how commands were made between rows changes what
+    is left, and hardly what an effect does to it.
+    """
+    now = _early(now)
+    best, score = now.observation, _within_bounds(now) + EACH
     for count in _COUNTS:
-        stepping = _stepping(observation, held, count)
-        made = replace(here, observation=stepping).moved(here.point)
-        if made is None:
-            continue
-        reached = _within_bounds(made)
+        stepping = _stepping(now.observation, held, count)
+        made = replace(now, observation=stepping).moved(now.point)
+        reached = -np.inf if made is None else _within_bounds(made)
         if reached > score:
             best, score = stepping, reached
-    return here if best is observation else linearised(best, held, known)
+    return best
+
+
+def _early(now: Linear) -> Linear:
+    """The same where commands may act as much before their stamps as stamps are inexact."""
+    sooner = STAMP * now.observation.command_step
+    columns = (
+        replace(c, low=c.low - sooner / c.scale, lowest=c.lowest - sooner / c.scale) if c.candidate.name == _LATE else c
+        for c in now.columns
+    )
+    return replace(now, columns=tuple(columns))
 
 
 def _within_bounds(now: Linear) -> float:

@@ -14,6 +14,7 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize_scalar
 
 from infotraj.diagnosis.linear.candidates import Candidate, Variant, places, read, variants, written
+from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.noise.spectra import binned, spectra
 from infotraj.diagnosis.select.around import Linear, linearised
 from infotraj.diagnosis.select.prior import SLAB, Scales
@@ -62,8 +63,8 @@ def _scanned(now: Linear, candidate: Candidate, shape: int) -> Variant | None:
     number = int(np.argmax([min(np.ptp(s.flight.t), _LONGEST) for s in o.samples]))
     s, turns = o.samples[number], o.transforms[number]
     until = s.flight.t[0] + _LONGEST
-    base = o.model(now.point)
-    before = s.residual(base)
+    before = s.residual(o.model(now.point))
+    beside = [m for m in now.point if m.candidate.label != candidate.label]
     others = [i for i, c in enumerate(now.columns) if c.candidate.label != candidate.label]
     parts = [(k, p) for k, p in enumerate(now.found) if p.flight == number]
     rows = [p.time < until for _, p in parts]
@@ -86,7 +87,7 @@ def _scanned(now: Linear, candidate: Candidate, shape: int) -> Variant | None:
             start[i] += size
         start[shape] = value
         try:
-            after = s.residual(base.with_effects(written(candidate, at, start)))
+            after = s.residual(o.model([*beside, Member(candidate, written(candidate, at, start))]))
         except InputError:
             return 0.0
         of_one = spectra([s], [turns], binned([turns], [[b - a for a, b in zip(after, before, strict=True)]]))
