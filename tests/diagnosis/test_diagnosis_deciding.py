@@ -1,11 +1,16 @@
 """What stands when the model that is given takes a name away or differs: a rival that is impossible is none."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
+from infotraj.diagnosis.diagnosis import diagnose
 from infotraj.diagnosis.judge.deciding import _demoted, _labels, _with_apart, _with_held_back
 from infotraj.diagnosis.judge.verdicts import Finding
+from infotraj.flight import read_flight
+from infotraj.models import Model
+from infotraj.vehicle import load_vehicle
 
 PAIR = ("mass_offset", "thrust_scale")
 
@@ -84,3 +89,13 @@ def test_labels_are_those_of_the_set_and_of_rivals_that_stand_for_a_name():
     stand = {"mass_offset": "mass_offset", "wind": "wind", "linear_drag": "linear_drag"}
     labels = _labels(told, ["rotor_effectiveness", "mass_offset", "linear_drag"], stand)
     assert labels == ["rotor_effectiveness 0", "rotor_effectiveness 3", "linear_drag", "mass_offset"]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("flight", [0, 1, 2])
+def test_nothing_is_named_where_the_model_as_given_predicts_as_well(flight):
+    """Of one flight of eight seconds sets are found whose members make up for one another."""
+    folder = Path(__file__).parents[2] / "examples/quad"
+    given = Model(load_vehicle(folder / "vehicle.yaml"))
+    found = diagnose(given, [read_flight(folder / f"healthy/flight_{flight}.parquet")])
+    assert found.supported == ()

@@ -25,10 +25,12 @@ from infotraj.diagnosis.judge.verdicts import CONFIDENT, Finding, Judge, named
 from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.fit import Fit
 from infotraj.diagnosis.select.learned import straight
+from infotraj.diagnosis.select.predicting import TELLS
 from infotraj.diagnosis.select.search import Search
 from infotraj.progress import pieces, reached
 
 _STAY = 2  # of so many effects that the search took one stays
+_NO_BETTER = "with all that is named flights that were not fitted are predicted no better than by the model as given"
 _AGAIN = 10  # times its mean takes judging anew, where it comes
 
 
@@ -105,6 +107,9 @@ def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
         # Of several rotors of one name one may go alone.
         of_name = {n: [x for x in told.labels if x.split()[0] == n] for n in confident}
         lost = {n: r for x, r in ended.items() if (n := x.split()[0]) in confident and set(of_name[n]) <= ended.keys()}
+        if confident and not lost and made.gain < TELLS:
+            # What makes up for one another takes nothing off the model as given.
+            lost = dict.fromkeys(sorted(confident), _NO_BETTER)
         rest = [x for x in told.labels if x not in ended or x.split()[0] not in confident]
         if not lost and len(rest) == len(told.labels):
             findings = _with_held_back(findings, made.held_back | _still(told))

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -53,6 +54,12 @@ class Given:
     held_back: dict[str, str] = field(default_factory=dict)
     beside: tuple[str, ...] = ()
     of_ratio: dict[str, Fit] = field(default_factory=dict)
+
+    @cached_property
+    def gain(self) -> float:
+        """By how much errors on flights that were not fitted fall from those of the model as given, their logarithms
+        over all axes together."""
+        return -net(_shares(self.fit))
 
 
 def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
