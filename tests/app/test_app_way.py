@@ -74,7 +74,10 @@ def test_the_whole_way_from_a_dropped_log_to_a_saved_model(server, chromium, tmp
     assert effect["parameters"]["factor"] == pytest.approx(0.856, abs=0.002)
     with tab.expect_download() as download:
         tab.locator("#download").click()
-    assert "Missing: rotor_effectiveness." in Path(download.value.path()).read_text()
+    sent = Path(download.value.path()).read_text()
+    assert "Missing: rotor_effectiveness." in sent
+    assert "infotraj_app" not in sent
+    assert "new.yaml" in sent
     # The next flight is designed in the room that is given; the report shows it, and no one takes it for a flight.
     (server.folder / "next.csv").write_text("t,ref_px,mine\n")
     tab.locator("#box").fill("1x1x0.5")

@@ -218,6 +218,19 @@ def test_time_in_milliseconds_is_put_right_with_what_was_derived_by_it():
 # What flights cover
 
 
+def test_a_speed_that_was_not_logged_is_that_of_the_path():
+    """A circle of 2 m in 4 s, its poses in every fifth row and to a millimetre."""
+    t = np.arange(0.0, 8.0, 0.01)
+    turn = 2 * np.pi * t / 4.0
+    path = np.stack([np.cos(turn), np.sin(turn), np.ones(len(t))], axis=1)
+    path += 0.001 * np.random.default_rng(3).standard_normal(path.shape)
+    path[np.arange(len(t)) % 5 != 0] = np.nan
+    made = Flight(pd.DataFrame({"t": t, "px": path[:, 0], "py": path[:, 1], "pz": path[:, 2]}))
+    found = coverage(made, np.ones(len(t), dtype=bool))["speed"]
+    assert found["q50"] == pytest.approx(np.pi / 2, rel=0.02)
+    assert found["q99"] == pytest.approx(np.pi / 2, rel=0.03)
+
+
 def test_coverage_is_by_quantiles_about_the_mean_and_by_where_the_power_lies():
     tilt = np.radians(20.0) * np.sin(2 * np.pi * 0.5 * T)
     turned = exp(np.outer(tilt, [1.0, 0.0, 0.0]))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import os
 import secrets
 import signal
 import webbrowser
@@ -241,13 +242,15 @@ class Report(Handler):
     policy = _REPORT
 
     def get(self, key: str) -> None:
-        page = self.window(key).page
-        if not page.is_file():
+        window = self.window(key)
+        if not window.page.is_file():
             raise tornado.web.HTTPError(404)
         if self.get_query_argument("download", None) is not None:
             self.set_header("Content-Disposition", 'attachment; filename="report.html"')
         self.set_header("Content-Type", "text/html; charset=utf-8")
-        self.finish(page.read_bytes())
+        # The page is kept and sent on: the window's own folder ends with the app, and its name is the window's key.
+        own = f"{window.work.relative_to(window.folder.top)}{os.sep}"
+        self.finish(window.page.read_text().replace(own, ""))
 
 
 class View(Handler):

@@ -11,6 +11,7 @@ from infotraj.checking.finding import Finding
 from infotraj.flight import ATTITUDE, COMMANDED_WRENCH, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
 from infotraj.rotations import Array, Mask
 
+_HALF = 0.1  # s before and after, of the line that is laid through a path
 # Below these the named questions have no answer in practice; stated limits, not tests.
 LIMITS: tuple[tuple[str, float, str, str], ...] = (
     ("speed", 1.0, "m/s", "drag"),
@@ -44,7 +45,20 @@ def coverage(flight: Flight, airborne: Mask) -> dict[str, dict[str, Any]]:
             series[name] = values
     if flight.has(*VELOCITY):
         series["speed"] = np.linalg.norm(rows[list(VELOCITY)].to_numpy(dtype=float), axis=1)
+    elif flight.has(*POSITION):
+        series["speed"] = _speed(t, rows[list(POSITION)].to_numpy(dtype=float))
     return {name: _describe(t, x) for name, x in series.items() if np.isfinite(x).sum() > 10}
+
+
+def _speed(t: Array, position: Array) -> Array:
+    """Speed (n,) m/s along a path (n, 3): what a straight line over 0.2 s has, of which a millimetre is 7 mm/s."""
+    out = np.full(len(t), np.nan)
+    seen = np.flatnonzero(np.isfinite(position).all(axis=1))
+    if len(seen) > 2:
+        far = max(1, round(_HALF / float(np.median(np.diff(t[seen])))))
+        before, after = seen[: -2 * far], seen[2 * far :]
+        out[seen[far:-far]] = np.linalg.norm(position[after] - position[before], axis=1) / (t[after] - t[before])
+    return out
 
 
 def excitation_findings(covered: dict[str, dict[str, Any]]) -> list[Finding]:
