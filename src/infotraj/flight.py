@@ -101,7 +101,7 @@ class Flight:
             elif path.suffix == ".csv":
                 self.table.to_csv(part, index=False, float_format="%.17g")
                 if self.meta:
-                    _meta_path(path).write_text(yaml.safe_dump(self.meta, sort_keys=False))
+                    meta_path(path).write_text(yaml.safe_dump(self.meta, sort_keys=False))
             else:
                 raise InputError(problem(f"{path}", "a name that ends in .parquet or .csv", "Rename it."))
             os.replace(part, path)
@@ -139,7 +139,7 @@ def read_flight(path: str | Path) -> Flight:
         elif path.suffix.lower() == ".csv":
             _require_even(path)
             table = pd.read_csv(path)
-            meta = yaml.safe_load(_meta_path(path).read_text()) if _meta_path(path).is_file() else {}
+            meta = yaml.safe_load(meta_path(path).read_text()) if meta_path(path).is_file() else {}
         else:
             model = "Is it a model? One MODEL comes first, before the flights."
             remedy = model if path.suffix in (".yaml", ".yml") else f"infotraj import {path} -o flight.parquet"
@@ -202,5 +202,6 @@ def check_table(table: pd.DataFrame, source: str) -> None:
         )
 
 
-def _meta_path(path: Path) -> Path:
+def meta_path(path: Path) -> Path:
+    """Where the metadata of a flight table in CSV are."""
     return path.with_name(f"{path.stem}.meta.yaml")

@@ -73,9 +73,17 @@ def compare_command(
     from infotraj.comparing.comparison import Comparison, compare
     from infotraj.comparing.equation_error import WINDOW
     from infotraj.comparing.floor import AT_FLOOR
+    from infotraj.comparing.outputs import try_outputs
     from infotraj.comparing.rollouts import parse_horizons
     from infotraj.models import load_model
 
+    try_outputs(
+        {"--json": json_file, "--recording": recording},
+        {"--figures": figures},
+        models=[model, *against],
+        flights=flights,
+        reference=reference,
+    )
     files.require_order(reading.start, reading.stop)
     wanted = parse_horizons(horizons) if horizons else ()
     limits = thresholds.parse_thresholds(fail_above) if fail_above else {}

@@ -111,6 +111,7 @@ def design_command(
     import numpy as np
 
     from infotraj.comparing import files
+    from infotraj.comparing.outputs import try_outputs
     from infotraj.design import report
     from infotraj.design.design import design, room_of
     from infotraj.diagnosis.diagnosis import diagnose
@@ -119,6 +120,13 @@ def design_command(
 
     if separate and determine:
         raise UsageError(problem("--separate and --determine at once", "one question", "Leave one out."))
+    try_outputs(
+        {"-o": output, "--json": json_file},
+        {"--figures": figures},
+        models=[model],
+        flights=flown,
+        effects_from=effects_from,
+    )
     read, _ = read_model(model, effects_from)
     let_in = files.admitted(flown, read.vehicle, lambda flight: observe(read, [flight], None, None), reading)
     with waiting(f"diagnosing {counted(len(let_in.flights), 'flight')}"):

@@ -68,12 +68,20 @@ def locate_command(
 
     from infotraj.comparing import files
     from infotraj.comparing.equation_error import WINDOW, equation_error
+    from infotraj.comparing.outputs import try_outputs
     from infotraj.locating import summary
     from infotraj.locating.healthy import beside
     from infotraj.locating.locating import locate
     from infotraj.locating.places import LEAST_EXCESS
     from infotraj.models import load_model
 
+    try_outputs(
+        {"--json": json_file, "--recording": recording},
+        {"--figures": figures},
+        models=[model],
+        flights=flights,
+        reference=reference,
+    )
     files.require_order(reading.start, reading.stop)
     loaded = load_model(model)
     how: dict[str, Any] = {

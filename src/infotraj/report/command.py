@@ -66,8 +66,18 @@ def report_command(
     infotraj report --from-json report.json --design design.json -o report.html
     """
     _require_one(model, flights, from_json, (reference, json_file, save_model))
+    from infotraj.comparing.outputs import try_outputs
     from infotraj.report.designed import read_design
 
+    try_outputs(
+        {"-o": output, "--json": json_file, "--save-model": save_model},
+        {},
+        models=[] if model is None else [model],
+        flights=flights,
+        reference=reference,
+        effects_from=effects_from,
+        contents=[p for p in (from_json, design) if p is not None],
+    )
     following = read_design(design) if design is not None else None
     if from_json is not None:
         from infotraj.report.again import read_content

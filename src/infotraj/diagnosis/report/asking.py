@@ -13,7 +13,7 @@ from infotraj.diagnosis.diagnosis import Diagnosis, diagnose
 from infotraj.diagnosis.gates.level import as_level
 from infotraj.diagnosis.gates.observing import observe
 from infotraj.diagnosis.report.parts import SECONDS, parts
-from infotraj.diagnosis.report.saving import refuse_overwriting, save_diagnosed
+from infotraj.diagnosis.report.saving import save_diagnosed
 from infotraj.errors import UsageError, problem
 from infotraj.flight import Flight
 from infotraj.models import Model
@@ -75,7 +75,6 @@ def ask(
     """
     start, stop = reading.start, reading.stop
     files.require_order(start, stop)
-    refuse_overwriting(save_model, model)
     if reference and save_model is not None:
         what = "--save-model with --reference: a change is told from healthy flights, not from the model"
         raise UsageError(problem(what, "one of them", "Leave one out; `infotraj add` fits an effect to flights."))

@@ -70,9 +70,18 @@ def diagnose_command(
     With --reference: which effects changed since those flights.
     """
     from infotraj.comparing import files
+    from infotraj.comparing.outputs import try_outputs
     from infotraj.diagnosis.report import following, summary
     from infotraj.diagnosis.report.asking import ask
 
+    try_outputs(
+        {"--save-model": save_model, "--json": json_file, "--recording": recording},
+        {"--figures": figures},
+        models=[model],
+        flights=flights,
+        reference=reference,
+        effects_from=effects_from,
+    )
     asked = ask(
         model,
         flights,
@@ -157,15 +166,17 @@ def add_command(
     An effect with a place in a list is named with it: rotor_effectiveness:3.
     """
     from infotraj.comparing import files
+    from infotraj.comparing.outputs import try_outputs
     from infotraj.diagnosis.adding import add
     from infotraj.diagnosis.report.asking import usable
     from infotraj.diagnosis.report.following import OTHERS, as_read
-    from infotraj.diagnosis.report.saving import refuse_overwriting, save_added
+    from infotraj.diagnosis.report.saving import save_added
     from infotraj.models.file import read_model
 
     start, stop = reading.start, reading.stop
     files.require_order(start, stop)
-    refuse_overwriting(output, model)
+    outputs = {"-o": output, "--json": json_file}
+    try_outputs(outputs, {}, models=[model], flights=flights, effects_from=effects_from)
     read, _ = read_model(model, effects_from)
     let_in = files.admitted(flights, read.vehicle, usable(read, start, stop), reading)
     used = let_in.flights
@@ -191,10 +202,14 @@ def history_command(model: Path, json_file: Path | None, quiet: bool) -> None:
     """How the error of MODEL fell, version by version."""
     from infotraj.diagnosis.report.history import as_dict, as_text, history
 
+    if json_file is not None:
+        from infotraj.comparing.outputs import try_outputs
+
+        try_outputs({"--json": json_file}, {}, models=[model])
     chain = history(model)
+    show(as_text(chain))
     if json_file is not None:
         from infotraj.comparing import files
 
         files.write_json(as_dict(chain), json_file)
-    show(as_text(chain))
     say_next(f"infotraj diagnose {model} FLIGHT...")

@@ -13,16 +13,9 @@ from infotraj.comparing.equation_error import AXES
 from infotraj.comparing.statistics import Statistics
 from infotraj.diagnosis.adding import Added
 from infotraj.diagnosis.diagnosis import Diagnosis
-from infotraj.errors import UsageError, problem
 from infotraj.flight import Flight, sha256
 from infotraj.models import Model, save_model
 from infotraj.models.content import AcceptedFinding, FileReference, ModelFile, Provenance
-
-
-def refuse_overwriting(output: Path | None, model: Path) -> None:
-    """UsageError where the output is the model itself: a model is never edited in place."""
-    if output is not None and output.exists() and model.exists() and output.resolve() == model.resolve():
-        raise UsageError(problem(f"{output} is the model itself", "a new file", "Choose another name."))
 
 
 def save_diagnosed(

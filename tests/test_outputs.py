@@ -1,0 +1,108 @@
+"""Outputs are tried before a command computes: none is an input or another output, and each can be written."""
+
+import os
+from pathlib import Path
+
+import pytest
+import yaml
+from click.testing import CliRunner
+
+from infotraj.cli import cli
+from infotraj.errors import InfotrajError, UsageError
+from infotraj.models import Model, save_model
+from infotraj.models.content import FileReference, Provenance
+from infotraj.outputs import require_outputs
+from infotraj.vehicle import load_vehicle
+
+QUADROTOR = Path(__file__).parents[1] / "config" / "vehicles" / "quadrotor.yaml"
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A vehicle file, a model of it, and its own model; tables that no command can read as flights."""
+    monkeypatch.chdir(tmp_path)
+    Path("quad.yaml").write_text(QUADROTOR.read_text())
+    for parent, new in (("quad.yaml", "first.yaml"), ("first.yaml", "second.yaml")):
+        made_from = FileReference(path=str(Path(parent).resolve()), sha256="0" * 64)
+        save_model(Model(load_vehicle("quad.yaml")), new, provenance=Provenance(parent=made_from))
+    Path("named.yaml").write_text(yaml.safe_dump({"vehicle": "quad.yaml"}))
+    for name in ("f.csv", "f.meta.yaml", "g.parquet", "own.py", "r.json"):
+        Path(name).write_text("source: none\n")
+    return tmp_path
+
+
+ADD = ("add", "second.yaml", "linear_drag", "--fit", "f.csv")
+MANY = ("diagnose", "second.yaml", "f.csv", "--reference", "g.parquet", "--effects-from")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        *[(*ADD, "-o", name) for name in ("f.csv", "f.meta.yaml", "second.yaml", "first.yaml", "quad.yaml")],
+        (*ADD, "-o", "new.yaml", "--json", "new.yaml"),
+        (*ADD, "-o", "new.yaml", "--json", "../{folder}/f.csv"),
+        (*ADD, "-o", "new.yaml", "--json", "linked.csv"),
+        ("add", "named.yaml", "linear_drag", "--fit", "f.csv", "-o", "quad.yaml"),
+        ("diagnose", "quad.yaml", "f.csv", "--save-model", "f.csv"),
+        ("diagnose", "quad.yaml", "f.csv", "--save-model", "s.yaml", "--json", "./s.yaml"),
+        ("diagnose", "quad.yaml", "f.csv", "--figures", "d", "--json", "d"),
+        *[(*MANY, "own.py", "--json", name) for name in ("own.py", "g.parquet", "quad.yaml")],
+        (*MANY, ".", "--recording", "own.py"),
+        ("compare", "quad.yaml", "f.csv", "--json", "quad.yaml"),
+        ("compare", "quad.yaml", "f.csv", "--against", "second.yaml", "--json", "first.yaml"),
+        ("compare", "quad.yaml", "f.csv", "--reference", "g.parquet", "--json", "g.parquet"),
+        ("locate", "quad.yaml", "f.csv", "--json", "f.csv"),
+        ("design", "quad.yaml", "--flown", "f.csv", "-o", "f.csv"),
+        ("report", "quad.yaml", "f.csv", "-o", "f.csv"),
+        ("report", "--from-json", "r.json", "-o", "r.json"),
+        ("history", "second.yaml", "--json", "quad.yaml"),
+        ("check", "f.csv", "--json", "f.csv"),
+        ("check", "f.csv", "--vehicle", "quad.yaml", "--json", "quad.yaml"),
+    ],
+    ids=" ".join,
+)
+def test_no_output_is_an_input_or_another_output(words, folder):
+    os.link("f.csv", "linked.csv")
+    before = {p: p.read_bytes() for p in folder.iterdir()}
+    result = CliRunner().invoke(cli, [w.replace("{folder}", folder.name) for w in words])
+    assert isinstance(result.exception, UsageError), result.output
+    assert "\n" not in str(result.exception)
+    assert {p: p.read_bytes() for p in folder.iterdir()} == before
+
+
+@pytest.mark.parametrize(
+    ("place", "said"),
+    [
+        ("", "is a folder"), (".", "is a folder"), ("f.csv/a.json", "f.csv, which is a file"),
+        ("f.csv/a/b.json", "f.csv, which is a file"), ("/dev/null", "no plain file"),
+        ("/proc/none/a.json", "cannot be written"), ("n" * 300, "cannot be written"),
+    ],
+)  # fmt: skip
+def test_a_place_that_cannot_be_written_is_named_before_anything_is_read(place, said, folder):
+    result = CliRunner().invoke(cli, ["diagnose", "quad.yaml", "none.csv", "--json", place])
+    assert type(result.exception) is InfotrajError
+    assert said in str(result.exception)
+    assert "\n" not in str(result.exception)
+
+
+def test_a_folder_that_is_a_file_is_named(folder):
+    for command in ("compare", "locate", "diagnose"):
+        for place in ("r.json", "r.json/sub"):
+            result = CliRunner().invoke(cli, [command, "quad.yaml", "none.csv", "--figures", place])
+            assert type(result.exception) is InfotrajError
+            assert "r.json" in str(result.exception)
+
+
+def test_what_can_be_written_passes_and_trying_leaves_nothing(folder):
+    before = sorted(folder.rglob("*"))
+    files = {"-o": Path("new/deep/m.yaml"), "--json": Path("r.json"), "--recording": None}
+    require_outputs(files, {"--figures": Path("figures/of/it")}, {"a flight": [Path("f.csv"), Path("none.csv")]})
+    assert sorted(folder.rglob("*")) == before
+    assert Path("r.json").read_text() == "source: none\n"
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="nothing is closed to the superuser")
+def test_a_folder_that_is_closed_is_named(folder):
+    Path("closed").mkdir(mode=0o500)
+    with pytest.raises(InfotrajError, match="Permission denied"):
+        require_outputs({"--json": Path("closed/new/a.json")}, {}, {})
