@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 import yaml
 from click.testing import CliRunner
+from exact_simulation import fly
 
 from infotraj.cli import cli
 from infotraj.errors import InfotrajError, UsageError
@@ -106,3 +107,46 @@ def test_a_folder_that_is_closed_is_named(folder):
     Path("closed").mkdir(mode=0o500)
     with pytest.raises(InfotrajError, match="Permission denied"):
         require_outputs({"--json": Path("closed/new/a.json")}, {}, {})
+
+
+@pytest.mark.parametrize(
+    ("words", "writer"),
+    [
+        (("diagnose", "{flight}", "--json", "new/a.json"), "infotraj.comparing.files.write_json"),
+        (("diagnose", "{flight}", "--save-model", "new/m.yaml"), "infotraj.diagnosis.report.saving.save_model"),
+        (("compare", "{flight}", "--json", "new/a.json"), "infotraj.comparing.files.write_json"),
+        (("locate", "{flight}", "--json", "new/a.json"), "infotraj.comparing.files.write_json"),
+        (
+            ("add", "linear_drag", "--fit", "{flight}", "-o", "new/m.yaml"),
+            "infotraj.diagnosis.report.saving.save_model",
+        ),
+    ],
+)
+def test_the_answer_is_shown_though_a_file_cannot_be_written_after_all(words, writer, folder, monkeypatch, flown_once):
+    def fails(*_, **__):
+        raise InfotrajError("the disk is full")
+
+    monkeypatch.setattr(writer, fails)
+    command, *rest = (w.replace("{flight}", str(flown_once)) for w in words)
+    result = CliRunner().invoke(cli, [command, "quad.yaml", *rest])
+    assert str(result.exception) == "the disk is full"
+    assert "fx" in result.stdout
+
+
+@pytest.mark.parametrize("place", ["", "sub", "f.csv/m.yaml", "/proc/none/m.yaml"])
+def test_a_model_that_cannot_be_written_is_one_line(place, folder):
+    Path("sub").mkdir()
+    before = sorted(folder.rglob("*"))
+    with pytest.raises(InfotrajError, match="expected a place that can be written"):
+        save_model(Model(load_vehicle("quad.yaml")), place)
+    assert sorted(folder.rglob("*")) == before
+
+
+@pytest.fixture(scope="module")
+def flown_once(tmp_path_factory):
+    path = tmp_path_factory.mktemp("flown") / "flight.parquet"
+    noise = {"gyro": 0.01, "accelerometer": 0.1, "position": 0.001, "attitude": 0.002, "velocity": 0.01}
+    fly(
+        yaml.safe_load(QUADROTOR.read_text()), {"linear_drag": {"d": [0.1, 0.1, 0.1]}}, seconds=8.0, noise=noise
+    ).to_parquet(path)
+    return path

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import shlex
 import sys
 from pathlib import Path
@@ -11,10 +10,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from infotraj.errors import InfotrajError, InputError, UsageError, problem
+from infotraj.errors import InputError, UsageError, problem
 from infotraj.options import accept_option, say_next
 from infotraj.progress import waiting
 from infotraj.terminal import show
+from infotraj.writing import whole
 
 if TYPE_CHECKING:
     from infotraj.checking.whole import Check
@@ -116,14 +116,5 @@ def _next(
 
 
 def _write(path: Path, text: str) -> None:
-    part = path.with_name(f".{path.name}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+    with whole(path) as part:
         part.write_text(text + "\n")
-        os.replace(part, path)
-    except OSError as error:
-        raise InfotrajError(
-            problem(f"{path}: {error.strerror}", "a place that can be written", "Choose another --json.")
-        ) from error
-    finally:
-        part.unlink(missing_ok=True)

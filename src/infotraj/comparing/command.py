@@ -130,6 +130,9 @@ def compare_command(
 
     let_in, used, comparison = compared(flights)
     healthy = compared(reference)[2] if reference else None
+    show(summary.as_text(comparison, verbose=verbose))
+    if healthy is not None:
+        show(summary.beside(comparison, healthy))
     if json_file is not None:
         content = summary.as_dict(comparison)
         files.write_json(content | ({"reference": summary.healthy_dict(healthy)} if healthy else {}), json_file)
@@ -148,9 +151,6 @@ def compare_command(
         with waiting("recording"):
             record_comparison(recording, used[k], comparison.models[0].model, comparison.models[0].errors[k])
         say(quiet, f"{recording}: {comparison.paths[k]}")
-    show(summary.as_text(comparison, verbose=verbose))
-    if healthy is not None:
-        show(summary.beside(comparison, healthy))
     files.say_unmet(reading.accept, let_in.codes)
     said = thresholds.passed(comparison.models[0], limits)
     for sentence in said:

@@ -4,7 +4,6 @@ at all."""
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,11 +17,12 @@ from infotraj.checking.admission import admitted as let_in
 from infotraj.checking.admission import checked, part
 from infotraj.checking.codes import known, unmet
 from infotraj.checking.whole import Check
-from infotraj.errors import InfotrajError, InputError, UsageError, problem
+from infotraj.errors import InputError, UsageError, problem
 from infotraj.flight import Flight, read_flight, stepped
 from infotraj.options import Reading
 from infotraj.progress import interrupted, progress
 from infotraj.vehicle import Vehicle
+from infotraj.writing import whole
 
 T = TypeVar("T")
 
@@ -102,14 +102,5 @@ def require_order(start: float | None, stop: float | None) -> None:
 
 def write_json(content: dict[str, Any], path: Path) -> None:
     """Writes JSON with the version that made it, whole or not at all."""
-    part = path.with_name(f".{path.name}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+    with whole(path) as part:
         part.write_text(json.dumps({"infotraj": __version__, **content}, indent=2, allow_nan=False) + "\n")
-        os.replace(part, path)
-    except OSError as error:
-        raise InfotrajError(
-            problem(f"{path}: {error.strerror}", "a place that can be written", "Choose another.")
-        ) from error
-    finally:
-        part.unlink(missing_ok=True)

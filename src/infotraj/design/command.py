@@ -146,6 +146,7 @@ def design_command(
     )
     if bar is not None:
         bar.render_finish()
+    show(report.as_text(made, str(output)))
     made.reference.write(output)
     if json_file is not None:
         used = [Path(str(f.meta["source"])) for f in let_in.flights]
@@ -158,7 +159,6 @@ def design_command(
             design_figure(made.reference, made.flown.position if made.flown else None, made.inputs, made.limits, *paths)
         for p in paths:
             say(quiet, str(p))
-    show(report.as_text(made, str(output)))
     files.say_unmet(reading.accept, let_in.codes + [d.code for d in found.doubts])
     named = " ".join(str(f.meta["source"]) for f in let_in.flights)
     again = f"infotraj diagnose {model} {named} NEW_FLIGHT"

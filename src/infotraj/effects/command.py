@@ -10,6 +10,7 @@ import click
 
 from infotraj.effects.base import Effect, Parameter
 from infotraj.effects.registry import catalogue, effect_class
+from infotraj.writing import whole
 
 
 @click.group("effects", invoke_without_command=True)
@@ -23,7 +24,8 @@ def effects_command(context: click.Context, paths: tuple[Path, ...], json_path: 
         return
     known = catalogue(paths)
     if json_path is not None:
-        json_path.write_text(json.dumps([described(c) for c in known.values()], indent=1) + "\n")
+        with whole(json_path) as part:
+            part.write_text(json.dumps([described(c) for c in known.values()], indent=1) + "\n")
     place = None
     for cls in known.values():
         if cls.place != place:

@@ -111,6 +111,7 @@ def locate_command(
             **how,
         )
         healthy = beside(located, loaded, usual, **how) if usual else None
+    show(summary.as_text(located, verbose=verbose, healthy=healthy))
     if json_file is not None:
         files.write_json(summary.as_dict(located, healthy), json_file)
     if figures is not None:
@@ -128,7 +129,6 @@ def locate_command(
         with waiting("recording"):
             record_comparison(recording, used[k], loaded, located.errors[k])
         say(quiet, f"{recording}: {located.paths[k]}")
-    show(summary.as_text(located, verbose=verbose, healthy=healthy))
     files.say_unmet(reading.accept, let_in.codes)
     beside_them = f" --reference {' '.join(healthy.paths)}" if healthy is not None else ""
     say_next(f"infotraj diagnose {model} {' '.join(located.paths)}{beside_them}")

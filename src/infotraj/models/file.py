@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ from infotraj.errors import InputError, UsageError, problem
 from infotraj.models.content import ModelFile, Provenance, read_content
 from infotraj.models.model import Model
 from infotraj.vehicle import Vehicle, load_vehicle, parse_vehicle
+from infotraj.writing import whole
 
 
 def load_model(path: str | Path, effects_from: Iterable[str | Path] = ()) -> Model:
@@ -50,6 +50,8 @@ def save_model(
 ) -> None:
     """Writes a model file, whole or not at all; the vehicle is written into it, so that it stands alone.
 
+    InfotrajError, one line, where it cannot be written.
+
     standard_errors: a mapping an effect, in the model's order; none where the model was not fitted.
     """
     path = Path(path)
@@ -68,13 +70,8 @@ def save_model(
     if provenance is not None:
         content["provenance"] = provenance.model_dump(mode="json", exclude_defaults=True)
     ModelFile.model_validate(content)
-    part = path.with_name(f".{path.name}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+    with whole(path) as part:
         part.write_text(yaml.safe_dump(_plain(content), sort_keys=False))
-        os.replace(part, path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def vehicle_content(vehicle: Vehicle) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ from matplotlib.figure import Figure
 from infotraj.errors import InputError, problem
 from infotraj.evaluation.intervals import Interval
 from infotraj.rotations import Array
+from infotraj.writing import whole
 
 SINGLE, DOUBLE = 3.5, 7.16  # inches: one and two columns of the IEEE page
 
@@ -84,22 +84,14 @@ def write(draw: Callable[[], Figure], *paths: str | Path) -> None:
         drawn = draw()
         for path in map(Path, paths):
             metadata = {"CreationDate": None} if path.suffix == ".pdf" else {"Software": None}
-            path.parent.mkdir(parents=True, exist_ok=True)
-            part = path.with_name(f".{path.name}.part")
-            try:
+            with whole(path) as part:
                 drawn.savefig(part, format=path.suffix.removeprefix("."), metadata=metadata)
-                os.replace(part, path)
-            finally:
-                part.unlink(missing_ok=True)
 
 
 def write_text(text: str, path: str | Path) -> None:
     """Writes text, whole or not at all."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.part")
-    part.write_text(text)
-    os.replace(part, path)
+    with whole(Path(path)) as part:
+        part.write_text(text)
 
 
 def checked(table: pd.DataFrame, columns: Iterable[str], what: str) -> pd.DataFrame:

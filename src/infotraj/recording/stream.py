@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,6 +13,7 @@ import rerun.blueprint as rrb
 from numpy.typing import ArrayLike
 
 from infotraj.rotations import Array
+from infotraj.writing import whole
 
 TIMELINE = "t"
 
@@ -69,21 +69,16 @@ def recording(
 
     `identity` tells the recording from others that are open in the same viewer.
     """
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.part")
     # Wall-clock timelines and file properties would differ at every run, so neither is written.
     stream = rr.RecordingStream(application, recording_id=identity, send_properties=False)
     stream.set_log_time_enabled(False)
     stream.set_log_tick_enabled(False)
-    try:
-        stream.save(part)
-        columns = Columns(stream)
-        yield columns
-        stream.send_blueprint(layout(columns))
-        stream.flush()
-        stream.disconnect()
-        os.replace(part, path)
-    finally:
-        stream.disconnect()
-        part.unlink(missing_ok=True)
+    with whole(Path(path)) as part:
+        try:
+            stream.save(part)
+            columns = Columns(stream)
+            yield columns
+            stream.send_blueprint(layout(columns))
+            stream.flush()
+        finally:
+            stream.disconnect()

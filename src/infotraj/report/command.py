@@ -105,6 +105,7 @@ def report_command(
     say(quiet, f"diagnosing {counted(len(used), 'flight')}, {sum(len(f.t) for f in used)} rows")
     with waiting("diagnosing"):
         found = asked.answer(matters=matters, seed=seed)
+    show(sentence(found))
     saved = save_model if save_model is not None and asked.save(found, save_model) else None
     say(quiet, "computing where it fails, and the error of every combination of effects")
     words = ["infotraj", "report", *sys.argv[2:]] if sys.argv[1:2] == ["report"] else ["infotraj", "report"]
@@ -114,7 +115,6 @@ def report_command(
     if json_file is not None:
         files.write_json(content, json_file)
     _write(content, output, quiet)
-    show(sentence(found))
     files.say_unmet(reading.accept, asked.flights.codes + [d.code for d in found.doubts])
     for line in lines(found, model, saved):
         click.echo(line, err=True)

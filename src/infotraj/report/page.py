@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 from importlib.resources import files
 from pathlib import Path
@@ -12,11 +11,11 @@ from typing import Any
 from jinja2 import Environment, FunctionLoader, StrictUndefined
 
 from infotraj.diagnosis.report.reasons import about_takes, axis_in_words, why
-from infotraj.errors import InfotrajError, problem
 from infotraj.report.bars import gains, panel, whole_gain
 from infotraj.report.figures import figures, javascript
 from infotraj.report.formats import change, interval, measure, minus, numbers, percent, plain_unit, signed, significant
 from infotraj.report.squeezing import deflated
+from infotraj.writing import whole
 
 _ORDER = ("Supported", "Not separable", "Plausible", "Not needed", "Not testable here")
 _MARKS = {"Supported": "●", "Not separable": "◐", "Plausible": "○", "Not needed": "–", "Not testable here": "?"}
@@ -28,17 +27,8 @@ _CONFIDENT = ("Supported", "Not separable")
 
 def write_page(content: dict[str, Any], path: Path) -> None:
     """Writes the page, whole or not at all."""
-    part = path.with_name(f".{path.name}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+    with whole(path) as part:
         part.write_text(page(content), encoding="utf-8")
-        os.replace(part, path)
-    except OSError as error:
-        raise InfotrajError(
-            problem(f"{path}: {error.strerror}", "a place that can be written", "Choose another.")
-        ) from error
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def page(content: dict[str, Any]) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from scipy.interpolate import make_interp_spline
 from infotraj import rotations
 from infotraj.errors import InputError, problem
 from infotraj.rotations import Array
+from infotraj.writing import whole
 
 COLUMNS = {
     "position": ("ref_px", "ref_py", "ref_pz"),
@@ -54,11 +54,8 @@ class Reference:
 
     def write(self, path: str | Path) -> None:
         """Writes the reference file (CSV), whole or not at all."""
-        path = Path(path)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part = path.with_name(f".{path.name}.part")
-        self.table().to_csv(part, index=False, float_format="%.12g")
-        os.replace(part, path)
+        with whole(Path(path)) as part:
+            self.table().to_csv(part, index=False, float_format="%.12g")
 
 
 def from_poses(t: Array, position: Array, attitude: Array) -> Reference:

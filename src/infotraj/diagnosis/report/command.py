@@ -94,6 +94,7 @@ def diagnose_command(
     used = asked.flights.flights
     with waiting(f"diagnosing {counted(len(used), 'flight')}, {sum(len(f.t) for f in used)} rows"):
         found = asked.answer(matters=matters, seed=seed)
+    show(summary.as_text(found, verbose=verbose))
     if json_file is not None:
         files.write_json(summary.as_dict(found), json_file)
     if save_model is not None:
@@ -119,7 +120,6 @@ def diagnose_command(
             k = worst_flight(errors)
             record_comparison(recording, shown[k], found.model, errors[k])
         say(quiet, f"{recording}: {shown[k].meta.get('source')}")
-    show(summary.as_text(found, verbose=verbose))
     if save_model is not None and not found.judged:
         click.echo(f"{save_model} is not written: no axis could be judged", err=True)
     files.say_unmet(reading.accept, asked.flights.codes + [d.code for d in found.doubts])
@@ -182,10 +182,10 @@ def add_command(
     used = let_in.flights
     with waiting(f"fitting to {counted(len(used), 'flight')}"):
         made = add(read, effects, used, effects_from=effects_from, start=start, stop=stop)
+    show(made.as_text())
     save_added(made, output, parent=model, flights=used)
     if json_file is not None:
         files.write_json(made.as_dict(), json_file)
-    show(made.as_text())
     for label, how in made.ended.items():
         click.echo(f"{label}: {how}; {output} says so, too", err=True)
     files.say_unmet(reading.accept, let_in.codes)
