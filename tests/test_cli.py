@@ -146,3 +146,30 @@ def test_quiet_hides_messages_and_not_what_comes_next(words, following, tmp_path
     assert done.exit_code == 0, done.output
     (line,) = done.stderr.splitlines()
     assert line.startswith(f"next: {following}")
+
+
+NUMBERS = [
+    ("compare", "--window", "nan"), ("compare", "--window", "inf"), ("compare", "--from", "nan"),
+    ("locate", "--least-excess", "nan"), ("locate", "--to", "inf"), ("diagnose", "--matters", "nan"),
+    ("diagnose", "--seconds", "inf"), ("report", "--matters", "nan"), ("check", "--from", "nan"),
+    ("import", "--to", "nan"), *[(c, "--seed", "-1") for c in ("compare", "locate", "diagnose", "add", "design")],
+    *[(c, "--command-steps", "201") for c in ("compare", "locate", "diagnose", "add", "design", "report")],
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("words", NUMBERS, ids=" ".join)
+def test_a_number_that_is_none_or_beyond_all_use_is_refused(words):
+    command, option, value = words
+    done = CliRunner().invoke(cli.cli, [command, "m.yaml", option, value, "f.csv"])
+    assert done.exit_code == 2
+    assert f"Invalid value for '{option}'" in done.output
+
+
+def test_every_option_that_takes_a_number_takes_a_finite_one():
+    for name in cli.COMMANDS:
+        command = cli.cli.get_command(None, name)
+        for one in [command, *getattr(command, "commands", {}).values()]:
+            for option in one.params:
+                if isinstance(option.type, click.types.FloatParamType):
+                    with pytest.raises(click.BadParameter, match="finite"):
+                        option.type.convert("nan", option, None)

@@ -18,6 +18,7 @@ import yaml
 
 from infotraj.digest import sha256 as sha256
 from infotraj.errors import InputError, problem
+from infotraj.options import MOST_STEPS
 from infotraj.rotations import Array
 from infotraj.text_rows import header, row_delimiters, uneven_row
 
@@ -117,10 +118,14 @@ def stepped(flight: Flight, count: int) -> Flight:
 def command_steps(flight: Flight) -> int:
     """The number of these steps. InputError where the metadata hold something else."""
     count = flight.meta.get(COMMAND_STEPS, 1)
-    if not isinstance(count, int) or isinstance(count, bool) or count < 1:
+    if not isinstance(count, int) or isinstance(count, bool) or not 1 <= count <= MOST_STEPS:
         source = flight.meta.get("source", "flight")
         what = f"{source}: {COMMAND_STEPS} {count!r} in the metadata"
-        raise InputError(problem(what, "a whole number from 1: steps from row to row", "Correct it or leave it out."))
+        raise InputError(
+            problem(
+                what, f"a whole number from 1 to {MOST_STEPS}: steps from row to row", "Correct it or leave it out."
+            )
+        )
     return count
 
 

@@ -4,6 +4,7 @@ loads at once."""
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +14,25 @@ import click
 
 PATH = click.Path(path_type=Path)
 Decorator = Callable[[Any], Any]
+MOST_STEPS = 200  # of commands from one row to the next: time and memory grow with them
+
+
+class _Finite:
+    """A number that is one: neither nan nor infinite, which pass every comparison with a bound, or none."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        number = super().convert(value, param, ctx)  # type: ignore[misc]
+        if not math.isfinite(number):
+            self.fail(f"{value!r} is not a finite number.", param, ctx)  # type: ignore[attr-defined]
+        return number
+
+
+class Number(_Finite, click.types.FloatParamType):
+    """A finite number."""
+
+
+class NumberRange(_Finite, click.FloatRange):
+    """A finite number within bounds."""
 
 
 class Several(click.Option):
@@ -60,13 +80,13 @@ accept_option = click.option(
     help="Findings that are shown and kept with the answer, and are in no one's way; may stand repeatedly.",
 )
 _PART = (
-    click.option("--from", "start", type=float, help="First t that is used, s."),
-    click.option("--to", "stop", type=float, help="Where use stops, s."),
+    click.option("--from", "start", type=Number(), help="First t that is used, s."),
+    click.option("--to", "stop", type=Number(), help="Where use stops, s."),
 )
 _LET_IN = (
     click.option(
         "--command-steps",
-        type=click.IntRange(min=1),
+        type=click.IntRange(min=1, max=MOST_STEPS),
         help="Steps that commands made from a row that holds them to the next; 1: held. Default: the metadata's.",
     ),
     accept_option,
@@ -105,9 +125,7 @@ effects_from_option = click.option(
 )
 json_option = click.option("--json", "json_file", type=PATH, help="The numbers, for programs.")
 recording_option = click.option("--recording", type=PATH, help="FILE.rrd: the worst flight, for the rerun viewer.")
-window_option = click.option(
-    "--window", type=click.FloatRange(min=0, min_open=True), help="Of the filter, s; default 0.15."
-)
+window_option = click.option("--window", type=NumberRange(min=0, min_open=True), help="Of the filter, s; default 0.15.")
 force_from_option = click.option(
     "--force-from",
     type=click.Choice(["auto", "accelerometer", "velocity"]),
@@ -117,14 +135,14 @@ force_from_option = click.option(
 save_model_option = click.option("--save-model", type=PATH, help="Write the model with the supported effects.")
 matters_option = click.option(
     "--matters",
-    type=click.FloatRange(min=0),
+    type=NumberRange(min=0),
     default=0.05,
     show_default=True,
     help="Rise of the squared error, in units of the floor, below which an effect is negligible.",
 )
 seconds_option = click.option(
     "--seconds",
-    type=click.FloatRange(min=1),
+    type=NumberRange(min=1),
     default=360.0,
     show_default=True,
     help="Of all flights together that are used at most: of each the part that moves most.",
@@ -145,7 +163,7 @@ def figures_option(what: str = "figures") -> Decorator:
 
 def seed_option(of: str) -> Decorator:
     """--seed; `of` what."""
-    return click.option("--seed", type=int, default=0, show_default=True, help=of)
+    return click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help=of)
 
 
 def verbose_option(what: str) -> Decorator:

@@ -7,6 +7,7 @@ from pathlib import Path
 import fast_flyer
 import numpy as np
 import pytest
+import yaml
 from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -252,6 +253,21 @@ def test_what_is_missing_or_swapped_is_one_line(tmp_path, noisy):
         assert str(done.exception).startswith(line)
         assert "\n" not in str(done.exception)
         assert not done.output
+
+
+def test_a_model_of_which_nothing_can_be_said_is_held_against_one_of_which_all_can(tmp_path, noisy):
+    flight, out, bare = tmp_path / "a.parquet", tmp_path / "a.json", tmp_path / "bare.yaml"
+    noisy.write(flight)
+    content = yaml.safe_load(QUADROTOR.read_text())
+    bare.write_text(yaml.safe_dump({k: v for k, v in content.items() if k not in ("mass", "inertia")}))
+    drawn = ("--figures", tmp_path / "figures", "--recording", tmp_path / "a.rrd")
+    done = invoke(bare, flight, "--against", QUADROTOR, "--json", out, *drawn)
+    assert done.exception is None, done.exception
+    assert "both predict no row" in done.output
+    assert "nothing is drawn or recorded: no axis can be said" in done.output
+    against = json.loads(out.read_text())["models"][1]["against_first"]
+    assert against["blocks"] == 0
+    assert set(against["relative_change"].values()) == {None}
 
 
 def test_rejected_flights_are_all_named(tmp_path, noisy):

@@ -129,7 +129,7 @@ def test_what_the_metadata_say_of_commands_is_taken_and_checked(tmp_path):
     found = diagnose(model("quadrotor"), flights)
     assert found.supported == ()
     assert found.command_steps == 4
-    for wrong in (0, 1.5, "two", True):
+    for wrong in (0, 1.5, "two", True, 100_000):
         with pytest.raises(InputError, match="command_steps"):
             recorded(vehicle, Flight(flights[0].table, {COMMAND_STEPS: wrong}))
 

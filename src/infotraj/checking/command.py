@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from infotraj.errors import InputError, UsageError, problem
-from infotraj.options import accept_option, say_next
+from infotraj.options import Number, accept_option, say_next
 from infotraj.progress import waiting
 from infotraj.terminal import show
 from infotraj.writing import whole
@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     "--set", "changes", multiple=True, metavar="CHANNEL.KEY=VALUE", help="Read a channel otherwise; repeatable."
 )
 @click.option("--json", "json_file", type=click.Path(path_type=Path), help="The whole report, for programs.")
-@click.option("--from", "start", type=float, help="First t to check, s.")
-@click.option("--to", "stop", type=float, help="Where to stop, s.")
+@click.option("--from", "start", type=Number(), help="First t to check, s.")
+@click.option("--to", "stop", type=Number(), help="Where to stop, s.")
 @accept_option
 @click.option("--skip-rejected", is_flag=True, help="Exit status 0 although logs are rejected, where one is left.")
 @click.option("-q", "--quiet", is_flag=True, help="Only outcomes, rejections, cuts and warnings.")

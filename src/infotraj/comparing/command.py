@@ -48,7 +48,12 @@ THRESHOLD_PASSED = 4
 @figures_option()
 @recording_option
 @reading_options()
-@click.option("--seed", type=int, default=0, help="Nothing here is random; accepted so that all commands take it.")
+@click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    default=0,
+    help="Nothing here is random; accepted so that all commands take it.",
+)
 @quiet_option
 @verbose_option("A line a flight.")
 def compare_command(
@@ -136,6 +141,9 @@ def compare_command(
     if json_file is not None:
         content = summary.as_dict(comparison)
         files.write_json(content | ({"reference": summary.healthy_dict(healthy)} if healthy else {}), json_file)
+    if (figures or recording) and not any(e.scored.any() for e in comparison.models[0].errors):
+        click.echo("nothing is drawn or recorded: no axis can be said", err=True)
+        figures = recording = None
     if figures is not None:
         from infotraj.plots.comparison import comparison_figures
 

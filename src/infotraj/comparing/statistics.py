@@ -92,6 +92,8 @@ def difference(model: Sequence[EquationError], other: Sequence[EquationError]) -
             squares = [np.where(both[rows], e.residual[rows] ** 2, 0.0).sum(axis=0) for e in (a, b)]
             means.append(squares)
             weights.append(count)
+    if not means:  # no row that both predict
+        return Difference(np.full(6, np.nan), np.full(6, np.nan), 0)
     sums, counts = np.array(means), np.array(weights, dtype=float)
     with np.errstate(invalid="ignore", divide="ignore"):
         reference = sums[:, 1].sum(axis=0) / counts.sum(axis=0)

@@ -197,6 +197,7 @@ def _against(comparison: Comparison) -> str:
             sure = "*" if abs(apart.mean[k]) > _SURE * apart.standard_error[k] else ""
             cells.append(f"{axis} {_change(apart.mean[k])} +- {_change(apart.standard_error[k], '')}{sure}")
         few = f"  (only {apart.blocks} blocks of 2 s: take it with care)" if apart.few else ""
+        few = few if apart.blocks else "  (both predict no row)"
         lines.append(f"  {model.name}: " + "  ".join(cells) + few)
     return "\n".join(lines)
 

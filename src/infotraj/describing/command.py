@@ -12,7 +12,7 @@ import click
 
 from infotraj.describing.layouts import LAYOUTS, ORDERS, orders_of, places
 from infotraj.errors import UsageError, problem
-from infotraj.options import Reading, Several, accept_option, quiet_option, say_next
+from infotraj.options import NumberRange, Reading, Several, accept_option, quiet_option, say_next
 
 # What must be known: option, question. Further ones are guessed, and the file says so.
 _NEEDED = {
@@ -47,7 +47,7 @@ class _Measured(click.ParamType):
 _SPEED = _Measured("speed", {"rad/s": 1.0, "rpm": math.pi / 30}, "586 or 5600rpm")
 _LENGTH = _Measured("length", {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}, "0.275 or 27.5cm")
 _MASS = _Measured("mass", {"kg": 1.0, "g": 0.001}, "0.8 or 800g")
-_POSITIVE = click.FloatRange(min=0, min_open=True)
+_POSITIVE = NumberRange(min=0, min_open=True)
 _FLIGHT = click.option("--flight", type=click.Path(path_type=Path), help="A flight to hold the new file against.")
 
 

@@ -11,6 +11,7 @@ import click
 from infotraj.errors import UsageError, problem
 from infotraj.options import (
     PATH,
+    NumberRange,
     Reading,
     Several,
     effects_from_option,
@@ -75,12 +76,8 @@ class _Box(click.ParamType):
 @click.option(
     "--box", type=_Box(), default="2x2x1", show_default=True, help="Room in m, around the middle of the flights."
 )
-@click.option(
-    "--max-speed", type=click.FloatRange(min=0.1), default=2.5, show_default=True, help="Greatest speed, m/s."
-)
-@click.option(
-    "--max-tilt", type=click.FloatRange(1.0, 60.0), default=25.0, show_default=True, help="Greatest lean, deg."
-)
+@click.option("--max-speed", type=NumberRange(min=0.1), default=2.5, show_default=True, help="Greatest speed, m/s.")
+@click.option("--max-tilt", type=NumberRange(1.0, 60.0), default=25.0, show_default=True, help="Greatest lean, deg.")
 @click.option("--candidates", type=click.IntRange(min=3), default=60, show_default=True, help="Motions that are tried.")
 @click.option("-o", "--output", required=True, type=PATH, help="The reference (CSV).")
 @figures_option("the picture")

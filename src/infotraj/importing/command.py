@@ -14,7 +14,7 @@ import yaml
 
 from infotraj import __version__
 from infotraj.errors import InfotrajError, InputError, UsageError, problem
-from infotraj.options import quiet_option, say_next
+from infotraj.options import Number, quiet_option, say_next
 from infotraj.progress import parts, waiting
 
 # % of the time after opening, of logs of 20 to 540 MB that were read on 26 November 2026: messages are decoded one by
@@ -44,8 +44,8 @@ _PARTS = {
     type=click.Path(path_type=Path),
     help="Write the mapping that was used, to be edited.",
 )
-@click.option("--from", "start", type=float, help="First t to keep, s.")
-@click.option("--to", "stop", type=float, help="Where to stop, s.")
+@click.option("--from", "start", type=Number(), help="First t to keep, s.")
+@click.option("--to", "stop", type=Number(), help="Where to stop, s.")
 @click.option("--rows", help="A channel whose samples make the rows, or a rate in Hz.")
 @click.option(
     "--definitions",

@@ -10,6 +10,7 @@ import click
 
 from infotraj.errors import InputError, problem
 from infotraj.options import (
+    NumberRange,
     Reading,
     figures_option,
     flights_argument,
@@ -38,7 +39,7 @@ from infotraj.terminal import counted, show
 @force_from_option
 @click.option(
     "--least-excess",
-    type=click.FloatRange(min=0),
+    type=NumberRange(min=0),
     help="Squared error over the floor's square below which a place does not matter; default 0.25.",
 )
 @json_option
