@@ -12,12 +12,12 @@ from infotraj.diagnosis.judge.evidence import Evidence
 from infotraj.diagnosis.judge.numbers import FileNumber
 from infotraj.diagnosis.judge.unexplained import Structure, Unexplained
 from infotraj.diagnosis.judge.verdicts import Finding
-from infotraj.diagnosis.report.following import as_read
 from infotraj.diagnosis.report.parts import parts
 from infotraj.diagnosis.report.reasons import why
 from infotraj.diagnosis.report.steps import HeldOut
 from infotraj.diagnosis.report.summary import as_dict, as_text, sentence, stays
 from infotraj.flight import Flight
+from infotraj.suggested import again
 
 ONES = np.ones(6)
 
@@ -159,7 +159,7 @@ def test_a_delay_of_half_the_time_between_sparse_commands_cannot_be_told():
     read = as_text(answer(command_steps=2))
     assert "commands: every 4 ms, read as 2 steps" in read
     assert "a delay below 2 ms" in read
-    assert [as_read(n) for n in (1, 2)] == ["", " --command-steps 2"]
+    assert [again("compare", command_steps=n) for n in (1, 2)] == ["", " --command-steps 2"]
 
 
 def test_one_reason_of_several_axes_is_told_once_with_its_numbers_only_where_they_agree():

@@ -13,6 +13,7 @@ import click
 from infotraj.errors import InputError, UsageError, problem
 from infotraj.options import Number, accept_option, say_next
 from infotraj.progress import waiting
+from infotraj.suggested import again, quoted
 from infotraj.terminal import show
 from infotraj.writing import whole
 
@@ -99,19 +100,19 @@ def _next(
 ) -> list[str]:
     from infotraj.checking.settings import mended_by_fix
 
-    read = (f" --mapping {mapping}" if mapping else "") + "".join(f" --set {shlex.quote(c)}" for c in changes)
+    read = (f" --mapping {quoted(mapping)}" if mapping else "") + "".join(f" --set {shlex.quote(c)}" for c in changes)
     if not kept:
         first = next((c for c in rejected if c.findings[0].code != "unreadable"), None)
         if first is None:
             return []
-        again = f"infotraj import {shlex.quote(first.source)}{read}"
+        reading = f"infotraj import {quoted(first.source)}{read}"
         if mended_by_fix(first.findings[0]):
-            return [f"{again} --fix -o NEW.parquet"]
-        return [f"{again} --explain, to see what was taken for what"]
+            return [f"{reading} --fix -o NEW.parquet"]
+        return [f"{reading} --explain, to see what was taken for what"]
     flights = [k for k in kept if k.endswith((".parquet", ".csv")) and mapping is None and not changes]
-    named = " ".join(shlex.quote(k) for k in kept)
+    named = quoted(*kept)
     if len(flights) == len(kept):
-        return [f"infotraj compare {shlex.quote(str(vehicle)) if vehicle else 'MODEL'} {named}"]
+        return [f"infotraj compare {quoted(vehicle or 'MODEL')} {named}{again('compare')}"]
     return [f"infotraj import {named}{read} -o flights/"]
 
 

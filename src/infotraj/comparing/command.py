@@ -27,6 +27,7 @@ from infotraj.options import (
     window_option,
 )
 from infotraj.progress import waiting
+from infotraj.suggested import again, quoted, unused
 from infotraj.terminal import show
 
 if TYPE_CHECKING:
@@ -90,6 +91,7 @@ def compare_command(
         reference=reference,
     )
     files.require_order(reading.start, reading.stop)
+    files.require_apart(flights, reference)
     wanted = parse_horizons(horizons) if horizons else ()
     limits = thresholds.parse_thresholds(fail_above) if fail_above else {}
     names = [str(p) for p in (model, *against)]
@@ -163,12 +165,12 @@ def compare_command(
     said = thresholds.passed(comparison.models[0], limits)
     for sentence in said:
         click.echo(f"above the threshold: {sentence}", err=True)
-    named = " ".join(str(f.meta["source"]) for f in used)
+    named = quoted(*(f.meta["source"] for f in used))
     if summary.at_floor(comparison.models[0].overall):
         at_floor = f"every axis is within {AT_FLOOR:g} times its floor: nothing is left to name on these flights"
         click.echo(at_floor, err=True)
-        say_next(f"infotraj design {model} --flown {named} -o ref.csv")
+        say_next(f"infotraj design {quoted(model)} --flown {named}{again('design')} -o {unused('ref.csv')}")
     else:
-        say_next(f"infotraj locate {model} {named}")
+        say_next(f"infotraj locate {quoted(model)} {named}{again('locate')}")
     if said:
         sys.exit(THRESHOLD_PASSED)

@@ -100,6 +100,13 @@ def require_order(start: float | None, stop: float | None) -> None:
         raise UsageError(problem(f"--to {stop:g} is not after --from {start:g}", "--from below --to", "Swap them."))
 
 
+def require_apart(flights: Sequence[Path], reference: Sequence[Path]) -> None:
+    """UsageError where a flight is its own reference."""
+    twice = sorted({p.resolve() for p in flights} & {p.resolve() for p in reference})
+    if twice:
+        raise UsageError(problem(f"{twice[0]} is asked about and healthy at once", "one of them", "Leave it out."))
+
+
 def write_json(content: dict[str, Any], path: Path) -> None:
     """Writes JSON with the version that made it, whole or not at all."""
     with whole(path) as part:

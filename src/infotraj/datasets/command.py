@@ -10,6 +10,7 @@ import click
 from infotraj import __version__
 from infotraj.datasets.fetch import DATA_SETS, default_root, entries, fetch, present
 from infotraj.options import quiet_option, say_next
+from infotraj.suggested import quoted
 
 
 @click.group("data")
@@ -47,4 +48,4 @@ def get_command(names: tuple[str, ...], root: Path | None, quiet: bool) -> None:
         folder, fetched = fetch(name, root or default_root())
         if not quiet:
             click.echo(f"{folder}: {fetched} fetched, {len(entries(name)) - fetched} were there", err=True)
-        say_next(f"infotraj check {folder}/*")
+        say_next(f"infotraj check {quoted(folder)}/*")

@@ -13,6 +13,7 @@ import click
 from infotraj.describing.layouts import LAYOUTS, ORDERS, orders_of, places
 from infotraj.errors import UsageError, problem
 from infotraj.options import NumberRange, Reading, Several, accept_option, quiet_option, say_next
+from infotraj.suggested import again, quoted
 
 # What must be known: option, question. Further ones are guessed, and the file says so.
 _NEEDED = {
@@ -101,7 +102,7 @@ def new_command(output: Path, kind: str | None, flight: Path | None, quiet: bool
     if flight is not None:
         _held_against(output, flight, ())
     else:
-        say_next(f"infotraj vehicle check {output} FLIGHT")
+        say_next(f"infotraj vehicle check {quoted(output)} FLIGHT")
 
 
 @vehicle_command.command("check")
@@ -126,7 +127,7 @@ def check_command(file: Path, flight: Path | None, accept: tuple[str, ...], quie
         click.echo(f"{'  ' if one.good else '! '}{one.sentence}")
     if flight is not None:
         _held_against(file, flight, accept)
-    say_next(f"infotraj compare {file} {flight or 'FLIGHT'}")
+    say_next(f"infotraj compare {quoted(file, flight or 'FLIGHT')}{again('compare')}")
 
 
 def _completed(known: dict[str, Any], kind: str) -> str:

@@ -11,6 +11,7 @@ import click
 from infotraj.errors import InfotrajError, InputError
 from infotraj.options import accept_option, say_next
 from infotraj.progress import progress, waiting
+from infotraj.suggested import again, quoted
 from infotraj.terminal import show
 
 if TYPE_CHECKING:
@@ -45,7 +46,7 @@ def doctor_command(model: Path, flights: tuple[Path, ...], accept: tuple[str, ..
         if stands or not quiet:
             show(f"{check.source}: {line}")
     if ready:
-        say_next(f"infotraj diagnose {model} {' '.join(ready)}")
+        say_next(f"infotraj diagnose {quoted(model, *ready)}{again('diagnose')}")
     if len(ready) < len(flights):
         sys.exit(InputError.exit_status)
 

@@ -25,6 +25,7 @@ from infotraj.options import (
     seed_option,
 )
 from infotraj.progress import waiting
+from infotraj.suggested import again, quoted
 from infotraj.terminal import counted, show
 
 
@@ -157,6 +158,6 @@ def design_command(
         for p in paths:
             say(quiet, str(p))
     files.say_unmet(reading.accept, let_in.codes + [d.code for d in found.doubts])
-    named = " ".join(str(f.meta["source"]) for f in let_in.flights)
-    again = f"infotraj diagnose {model} {named} NEW_FLIGHT"
-    say_next(report.following(made, str(output), again))
+    named = quoted(model, *(f.meta["source"] for f in let_in.flights))
+    then = f"infotraj diagnose {named} NEW_FLIGHT{again('diagnose')}"
+    say_next(report.following(made, quoted(output), then))

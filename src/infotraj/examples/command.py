@@ -11,6 +11,7 @@ import click
 from infotraj.errors import InfotrajError, UsageError, problem
 from infotraj.examples.location import FOLDERS, shipped
 from infotraj.options import quiet_option, say_next
+from infotraj.suggested import quoted
 
 
 @click.command("examples")
@@ -43,4 +44,4 @@ def examples_command(folder: Path, quiet: bool) -> None:
                 f"{folder / name}: {len([p for p in (folder / name).rglob('*') if p.is_file()])} files", err=True
             )
     quad = folder / "quad"
-    say_next(f"infotraj diagnose {quad / 'vehicle.yaml'} {quad}/*.parquet")
+    say_next(f"infotraj diagnose {quoted(quad / 'vehicle.yaml')} {quoted(quad)}/*.parquet")

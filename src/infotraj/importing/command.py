@@ -16,6 +16,7 @@ from infotraj import __version__
 from infotraj.errors import InfotrajError, InputError, UsageError, problem
 from infotraj.options import Number, quiet_option, say_next
 from infotraj.progress import parts, waiting
+from infotraj.suggested import quoted
 
 # % of the time after opening, of logs of 20 to 540 MB that were read on 26 November 2026: messages are decoded one by
 # one, rows of tables are not. Of blackbox and binary DataFlash logs nothing is counted while they are decoded.
@@ -145,7 +146,7 @@ def import_command(
         write_text(json_file, json.dumps(report, indent=2))
     written = [f["output"] for f in report["flights"] if f["output"]]
     if written:
-        say_next(f"infotraj check {' '.join(written)}")
+        say_next(f"infotraj check {quoted(*written)}")
     if report["rejected"] and not (skip_rejected and report["flights"]):
         sys.exit(InputError.exit_status)
 

@@ -28,6 +28,7 @@ from infotraj.options import (
     window_option,
 )
 from infotraj.progress import waiting
+from infotraj.suggested import again, quoted
 from infotraj.terminal import counted, show
 
 
@@ -84,6 +85,7 @@ def locate_command(
         reference=reference,
     )
     files.require_order(reading.start, reading.stop)
+    files.require_apart(flights, reference)
     loaded = load_model(model)
     how: dict[str, Any] = {
         "window": window or WINDOW,
@@ -131,5 +133,5 @@ def locate_command(
             record_comparison(recording, used[k], loaded, located.errors[k])
         say(quiet, f"{recording}: {located.paths[k]}")
     files.say_unmet(reading.accept, let_in.codes)
-    beside_them = f" --reference {' '.join(healthy.paths)}" if healthy is not None else ""
-    say_next(f"infotraj diagnose {model} {' '.join(located.paths)}{beside_them}")
+    beside_them = f" --reference {quoted(*healthy.paths)}" if healthy is not None else ""
+    say_next(f"infotraj diagnose {quoted(model, *located.paths)}{beside_them}{again('diagnose')}")

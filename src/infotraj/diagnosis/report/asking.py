@@ -78,9 +78,7 @@ def ask(
     if reference and save_model is not None:
         what = "--save-model with --reference: a change is told from healthy flights, not from the model"
         raise UsageError(problem(what, "one of them", "Leave one out; `infotraj add` fits an effect to flights."))
-    twice = sorted({p.resolve() for p in flights} & {p.resolve() for p in reference})
-    if twice:
-        raise UsageError(problem(f"{twice[0]} is asked about and healthy at once", "one of them", "Leave it out."))
+    files.require_apart(flights, reference)
     read, content = read_model(model, effects_from)
     use = usable(read, start, stop, bool(reference))
 

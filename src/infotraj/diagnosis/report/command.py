@@ -28,6 +28,7 @@ from infotraj.options import (
     verbose_option,
 )
 from infotraj.progress import waiting
+from infotraj.suggested import again, quoted
 from infotraj.terminal import counted, show
 
 _SEED = seed_option("Of the resamples and surrogates.")
@@ -169,7 +170,7 @@ def add_command(
     from infotraj.comparing.outputs import try_outputs
     from infotraj.diagnosis.adding import add
     from infotraj.diagnosis.report.asking import usable
-    from infotraj.diagnosis.report.following import OTHERS, as_read
+    from infotraj.diagnosis.report.following import OTHERS
     from infotraj.diagnosis.report.saving import save_added
     from infotraj.models.file import read_model
 
@@ -189,8 +190,9 @@ def add_command(
     for label, how in made.ended.items():
         click.echo(f"{label}: {how}; {output} says so, too", err=True)
     files.say_unmet(reading.accept, let_in.codes)
-    named = " ".join(map(str, flights))
-    say_next(f"infotraj compare {output} {named} --against {model}{as_read(made.command_steps)}")
+    named = quoted(*(f.meta["source"] for f in used))
+    options = again("compare", command_steps=made.command_steps)
+    say_next(f"infotraj compare {quoted(output)} {named} --against {quoted(model)}{options}")
     click.echo(OTHERS, err=True)
 
 
@@ -212,4 +214,4 @@ def history_command(model: Path, json_file: Path | None, quiet: bool) -> None:
         from infotraj.comparing import files
 
         files.write_json(as_dict(chain), json_file)
-    say_next(f"infotraj diagnose {model} FLIGHT...")
+    say_next(f"infotraj diagnose {quoted(model)} FLIGHT...")

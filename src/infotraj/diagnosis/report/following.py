@@ -7,12 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from infotraj.diagnosis.diagnosis import Diagnosis
-
-
-def as_read(steps: int) -> str:
-    """The option that repeats how sparse commands were read; empty where they were held."""
-    return f" --command-steps {steps}" if steps > 1 else ""
-
+from infotraj.suggested import again, quoted, unused
 
 _DIGITS = 5e-4  # of a number: less is not seen in the table
 _WHY_OTHERWISE = "there they are fitted beside the file's own errors, here beside the file as the model has it"
@@ -50,14 +45,14 @@ def compares(found: Diagnosis, saved: Path | None) -> bool:
 
 def next_command(found: Diagnosis, model: Path, saved: Path | None) -> str:
     """The command that comes next. saved: where the new model was written, if it was."""
-    named = " ".join(sources(found))
+    given, named = quoted(model), quoted(*sources(found))
     if not (found.supported or found.beside) or found.healthy is not None:
-        following = f"infotraj locate {model} {named}"
+        name, words = "locate", f"{given} {named}"
     elif saved is None:
-        following = f"infotraj diagnose {model} {named} --save-model new.yaml"
+        name, words = "diagnose", f"{given} {named} --save-model {unused('new.yaml')}"
     else:
-        following = f"infotraj compare {saved} {named} --against {model}"
-    return following + as_read(found.command_steps)
+        name, words = "compare", f"{quoted(saved)} {named} --against {given}"
+    return f"infotraj {name} {words}{again(name, command_steps=found.command_steps)}"
 
 
 def flight_command(found: Diagnosis, model: Path) -> str | None:
@@ -67,7 +62,8 @@ def flight_command(found: Diagnosis, model: Path) -> str | None:
     if not found.judged or found.healthy is not None or not open_questions:
         return None
     asked = f" --separate {group[0]} {group[1]}" if group else ""
-    return f"infotraj design {model} --flown {' '.join(sources(found))}{asked} -o next.csv"
+    flown = f"--flown {quoted(*sources(found))}{asked}{again('design', command_steps=found.command_steps)}"
+    return f"infotraj design {quoted(model)} {flown} -o {unused('next.csv')}"
 
 
 def sources(found: Diagnosis) -> list[str]:

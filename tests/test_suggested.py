@@ -1,0 +1,118 @@
+"""The command that comes next runs as it stands, on what the command before it was given."""
+
+import shlex
+from pathlib import Path
+
+import pytest
+import yaml
+from click.testing import CliRunner
+from exact_simulation import fly
+
+from infotraj.cli import cli
+from infotraj.errors import UsageError
+from infotraj.suggested import again, quoted, unused
+
+QUADROTOR = Path(__file__).parents[1] / "config" / "vehicles" / "quadrotor.yaml"
+NOISE = {"gyro": 0.01, "accelerometer": 0.1, "position": 0.001, "attitude": 0.002, "velocity": 0.01}
+ODD = "it's a $HOME"
+READ = ("--from", "1", "--to", "7", "--accept", "copy", "--command-steps", "2")
+SEED = ("--seed", "3")
+
+
+@pytest.fixture(scope="module")
+def flown():
+    content = yaml.safe_load(QUADROTOR.read_text())
+    return [fly(content, {"linear_drag": {"d": [0.1, 0.1, 0.1]}}, seconds=8.0, seed=k, noise=NOISE) for k in range(2)]
+
+
+@pytest.fixture
+def names(flown, tmp_path, monkeypatch):
+    """A model and flights with names that a shell or a command would take for something else."""
+    monkeypatch.chdir(tmp_path)
+    Path(ODD).mkdir()
+    Path(ODD, "quad.yaml").write_text(QUADROTOR.read_text())
+    flown[0].to_parquet("-q.parquet")
+    flown[1].to_parquet(Path(ODD, "b.parquet"))
+    return [f"{ODD}/quad.yaml", "./-q.parquet"]
+
+
+def told(*words):
+    """The words of the line `next:`, as a shell takes them."""
+    result = CliRunner().invoke(cli, [str(w) for w in words])
+    assert isinstance(result.exception, (type(None), SystemExit)), result.exception
+    (line,) = [x for x in result.stderr.splitlines() if x.startswith("next: ")]
+    return shlex.split(line.removeprefix("next: infotraj "))
+
+
+def runs(words):
+    result = CliRunner().invoke(cli, words)
+    assert result.exit_code == 0, (words, result.output, result.exception)
+
+
+def after(option, words):
+    return words[words.index(option) + 1]
+
+
+@pytest.mark.parametrize(
+    ("words", "options", "following"),
+    [
+        (("compare",), (*READ, *SEED, "--window", "0.2", "--force-from", "velocity"), "locate"),
+        (("locate",), (*READ, *SEED), "diagnose"),
+        (("diagnose",), (*READ, *SEED, "--matters", "0.1", "--seconds", "20"), "diagnose"),
+        (("diagnose", "--save-model", "mine.yaml"), (*READ, *SEED), "compare"),
+    ],
+)
+def test_how_flights_were_read_is_handed_on_and_names_are_quoted(words, options, following, names):
+    command, *own = words
+    said = told(command, *names, *own, *options)
+    assert said[0] == following
+    assert [n for n in said if n in names] == ([names[1], names[0]] if following == "compare" else names)
+    for option, value in zip(options[::2], options[1::2], strict=True):
+        assert after(option, said) == value
+    runs(said)
+
+
+def test_what_was_added_is_compared_on_the_part_that_was_fitted(names):
+    said = told("add", names[0], "linear_drag", "--fit", names[1], "-o", f"{ODD}/new.yaml", *READ)
+    assert said[:5] == ["compare", f"{ODD}/new.yaml", names[1], "--against", names[0]]
+    assert sorted(said[5:]) == sorted(READ)
+    runs(said)
+
+
+def test_an_option_that_the_next_command_has_not_is_left_out(names):
+    said = told("locate", *names, "--window", "0.2", "--force-from", "velocity", "--least-excess", "0.3")
+    assert not {"--window", "--force-from", "--least-excess", "--seed", "--from"} & set(said)
+
+
+def test_a_reference_is_handed_on_with_quotes(names):
+    said = told("locate", *names, "--reference", f"{ODD}/b.parquet", "--from", "1")
+    assert after("--reference", said) == f"{ODD}/b.parquet"
+    runs(said)
+
+
+def test_a_new_model_has_a_name_that_no_file_has(names):
+    Path("new.yaml").write_text(QUADROTOR.read_text())
+    said = told("diagnose", "new.yaml", names[1])
+    assert after("--save-model", said) == "new-2.yaml"
+    runs(said)
+    assert unused("new.yaml") == "new-3.yaml"
+    assert unused("other.yaml") == "other.yaml"
+
+
+@pytest.mark.parametrize("command", ["compare", "locate", "diagnose", "report"])
+def test_no_flight_is_its_own_reference(command, names):
+    output = ["-o", "a.html"] if command == "report" else []
+    result = CliRunner().invoke(cli, [command, *names, "--reference", names[1], *output])
+    assert isinstance(result.exception, UsageError)
+    assert "is asked about and healthy at once" in str(result.exception)
+
+
+def test_a_shell_takes_quoted_names_for_what_they_are():
+    paths = ["a b.csv", "it's", "-x.csv", Path("plain.csv"), "$HOME", "a;b"]
+    assert shlex.split(quoted(*paths)) == ["a b.csv", "it's", "./-x.csv", "plain.csv", "$HOME", "a;b"]
+    assert quoted("plain.csv") == "plain.csv"
+
+
+def test_without_a_running_command_only_what_was_found_is_repeated():
+    assert again("compare") == ""
+    assert again("compare", command_steps=2) == " --command-steps 2"
