@@ -34,6 +34,7 @@ REFERENCE_POSITION = ("ref_px", "ref_py", "ref_pz")
 REFERENCE_ATTITUDE = ("ref_qw", "ref_qx", "ref_qy", "ref_qz")
 
 # Metadata: how many steps the commands made between two rows that hold them. 1, or absent: they were held.
+PART = "part"  # metadata of a part of a flight: s, where it begins and ends
 COMMAND_STEPS = "command_steps"
 
 _META_KEY = b"infotraj"

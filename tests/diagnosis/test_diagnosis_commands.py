@@ -112,6 +112,26 @@ def test_all_instances_of_an_effect_are_written_and_no_key_where_it_has_one():
     assert "instances" not in _effect(replace(weak, instances=()), None)
 
 
+def test_the_part_that_was_fitted_is_recorded_and_shown(paths, tmp_path):
+    new, more, numbers = tmp_path / "new.yaml", tmp_path / "more.yaml", tmp_path / "h.json"
+    assert run("add", QUADROTOR, "linear_drag", "--fit", *paths, "-o", new, "--from", 1, "--to", 6.5).exit_code == 0
+    (first, second) = yaml.safe_load(new.read_text())["provenance"]["flights"]
+    assert (first["from"], first["to"], second["from"], second["to"]) == (1.0, 6.5, 1.0, 6.5)
+    said = run("history", new, "--json", numbers).stdout
+    assert "   fitted and judged from 1 s to 6.5 s\n" in said
+    assert json.loads(numbers.read_text())["versions"][-1]["provenance"]["flights"][1]["to"] == 6.5
+
+    # Of flights that are too long together, what was used of each; of whole flights nothing.
+    assert run("diagnose", new, *paths, "--save-model", more, "--from", 1, "--seconds", 8).exit_code == 0
+    for flight in yaml.safe_load(more.read_text())["provenance"]["flights"]:
+        assert flight["from"] >= 1.0
+        assert flight["to"] - flight["from"] == pytest.approx(4.0)
+    whole = tmp_path / "whole.yaml"
+    assert run("add", QUADROTOR, "linear_drag", "--fit", *paths, "-o", whole).exit_code == 0
+    assert [set(f) for f in yaml.safe_load(whole.read_text())["provenance"]["flights"]] == 2 * [{"path", "sha256"}]
+    assert "fitted and judged" not in run("history", whole).stdout
+
+
 def test_bad_input_is_one_line_and_leaves_nothing(paths, made, tmp_path):
     bad = made[0].copy()
     bad.loc[5, "t"] = np.nan

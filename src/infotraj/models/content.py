@@ -27,10 +27,17 @@ class EffectEntry(_Strict):
 
 
 class FileReference(_Strict):
-    """A file that a model was made from."""
+    """A file that a model was made from; start, stop: s, the part of a flight that was fitted, None for no limit.
+
+    In files these two are `from` and `to`.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
 
     path: str
     sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
+    start: float | None = Field(default=None, alias="from")
+    stop: float | None = Field(default=None, alias="to")
 
 
 class AcceptedFinding(_Strict):

@@ -68,7 +68,7 @@ def save_model(
     ]
     content: dict[str, Any] = {"vehicle": vehicle_content(model.vehicle), "effects": entries}
     if provenance is not None:
-        content["provenance"] = provenance.model_dump(mode="json", exclude_defaults=True)
+        content["provenance"] = provenance.model_dump(mode="json", exclude_defaults=True, by_alias=True)
     ModelFile.model_validate(content)
     with whole(path) as part:
         part.write_text(yaml.safe_dump(_plain(content), sort_keys=False))

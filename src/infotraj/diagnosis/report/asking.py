@@ -55,7 +55,15 @@ class Asked:
     def save(self, found: Diagnosis, path: Path) -> bool:
         """Writes the model with what is supported; False, and nothing is written, where no axis could be judged."""
         if found.judged:
-            save_diagnosed(found, path, parent=self.model, content=self.content, flights=self.flights.flights)
+            save_diagnosed(
+                found,
+                path,
+                parent=self.model,
+                content=self.content,
+                flights=self.flights.flights,
+                start=self.start,
+                stop=self.stop,
+            )
         return found.judged
 
 

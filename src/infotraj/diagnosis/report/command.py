@@ -184,7 +184,7 @@ def add_command(
     with waiting(f"fitting to {counted(len(used), 'flight')}"):
         made = add(read, effects, used, effects_from=effects_from, start=start, stop=stop)
     show(made.as_text())
-    save_added(made, output, parent=model, flights=used)
+    save_added(made, output, parent=model, flights=used, start=start, stop=stop)
     if json_file is not None:
         files.write_json(made.as_dict(), json_file)
     for label, how in made.ended.items():

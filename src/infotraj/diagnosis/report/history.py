@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from infotraj.digest import sha256
-from infotraj.models.content import ModelFile, read_content
+from infotraj.models.content import FileReference, ModelFile, read_content
 from infotraj.terminal import counted
 
 
@@ -49,7 +50,7 @@ def as_dict(chain: list[Version]) -> dict[str, Any]:
                 "path": str(v.path),
                 "state": v.state,
                 "effects": [e.model_dump(mode="json") for e in v.content.effects] if v.content else None,
-                "provenance": v.content.provenance.model_dump(mode="json", exclude_defaults=True)
+                "provenance": v.content.provenance.model_dump(mode="json", exclude_defaults=True, by_alias=True)
                 if v.content
                 else None,
             }
@@ -71,6 +72,7 @@ def as_text(chain: list[Version]) -> str:
         p = v.content.provenance
         if p.note:
             lines.append(f"   {p.note}; {counted(len(p.flights), 'flight')}; {p.version}")
+        lines += _parts(p.flights)
         for when in ("before", "after", "floor"):
             values = p.error.get(when)
             if values:
@@ -80,3 +82,19 @@ def as_text(chain: list[Version]) -> str:
         for effect, how in p.at_bound.items():
             lines.append(f"   {effect}: {how}")
     return "\n".join(lines) + "\n"
+
+
+def _parts(flights: Sequence[FileReference]) -> list[str]:
+    """What of the flights was fitted, where it is not all: one line if it is the same of all, else one of each."""
+    limits = [_part(f) for f in flights]
+    if not any(limits):
+        return []
+    if len(set(limits)) == 1:
+        return [f"   fitted and judged {limits[0]}"]
+    return [f"   {Path(f.path).name}: {part or 'all of it'}" for f, part in zip(flights, limits, strict=True)]
+
+
+def _part(flight: FileReference) -> str:
+    begin = "" if flight.start is None else f"from {flight.start:g} s"
+    end = "" if flight.stop is None else f"to {flight.stop:g} s"
+    return " ".join(x for x in (begin, end) if x)

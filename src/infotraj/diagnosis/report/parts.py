@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from infotraj.flight import POSITION, RATE, VELOCITY, Flight
+from infotraj.flight import PART, POSITION, RATE, VELOCITY, Flight
 from infotraj.rotations import Array
 
 SECONDS = 360.0  # of all flights together
@@ -39,7 +39,8 @@ def parts(
                 f"{Path(str(f.meta.get('source', 'flight'))).name}: {own:.0f} of {span:.0f} s are used, from "
                 f"{begin:.1f} s on, where it moves most; --seconds sets how many of all flights, --from and --to where"
             )
-            f = f.between(begin, begin + own)
+            cut = f.between(begin, begin + own)
+            f = Flight(cut.table, {**cut.meta, PART: (begin, begin + own)})
         used.append(f)
     return used, said
 

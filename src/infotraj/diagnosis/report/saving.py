@@ -13,27 +13,47 @@ from infotraj.comparing.equation_error import AXES
 from infotraj.comparing.statistics import Statistics
 from infotraj.diagnosis.adding import Added
 from infotraj.diagnosis.diagnosis import Diagnosis
-from infotraj.flight import Flight, sha256
+from infotraj.flight import PART, Flight, sha256
 from infotraj.models import Model, save_model
 from infotraj.models.content import AcceptedFinding, FileReference, ModelFile, Provenance
 
 
 def save_diagnosed(
-    found: Diagnosis, path: Path, *, parent: Path, content: ModelFile, flights: Sequence[Flight]
+    found: Diagnosis,
+    path: Path,
+    *,
+    parent: Path,
+    content: ModelFile,
+    flights: Sequence[Flight],
+    start: float | None = None,
+    stop: float | None = None,
 ) -> None:
-    """The model with the supported effects; the model as it was where there are none."""
+    """The model with the supported effects; the model as it was where there are none.
+
+    start, stop: s, the part of each flight that was fitted.
+    """
     note = f"diagnose: {', '.join(found.supported)}" if found.supported else "diagnose: no effect supported"
     note += _corrected(found.beside) + _read(found.command_steps)
     errors = found.errors_of or [e.standard_errors for e in content.effects]
     said = (found.accepted, found.at_bound)
-    _save(found.model, path, parent, flights, errors, found.before, found.after, note, *said)
+    used = _references(flights, start, stop)
+    _save(found.model, path, parent, used, errors, found.before, found.after, note, *said)
 
 
-def save_added(made: Added, path: Path, *, parent: Path, flights: Sequence[Flight]) -> None:
-    """The model with the effects that were asked for."""
+def save_added(
+    made: Added,
+    path: Path,
+    *,
+    parent: Path,
+    flights: Sequence[Flight],
+    start: float | None = None,
+    stop: float | None = None,
+) -> None:
+    """The model with the effects that were asked for. start, stop: as in `save_diagnosed`."""
     note = f"add: {', '.join(made.names)}{_corrected(made.beside)}{_read(made.command_steps)}"
     said = (made.accepted, made.ended)
-    _save(made.model, path, parent, flights, made.errors, made.before, made.after, note, *said)
+    used = _references(flights, start, stop)
+    _save(made.model, path, parent, used, made.errors, made.before, made.after, note, *said)
 
 
 def _corrected(beside: Sequence[str]) -> str:
@@ -45,11 +65,22 @@ def _read(steps: int) -> str:
     return f"; --command-steps {steps}" if steps > 1 else ""
 
 
+def _references(flights: Sequence[Flight], start: float | None, stop: float | None) -> tuple[FileReference, ...]:
+    """The files of the flights, with the part of each that was fitted."""
+    found = []
+    for flight in flights:
+        path = Path(str(flight.meta.get("source", "")))
+        first, last = flight.meta.get(PART, (start, stop))
+        if path.is_file():
+            found.append(FileReference(path=str(path.resolve()), sha256=sha256(path), start=first, stop=last))
+    return tuple(found)
+
+
 def _save(
     model: Model,
     path: Path,
     parent: Path,
-    flights: Sequence[Flight],
+    flights: tuple[FileReference, ...],
     errors: Sequence[Mapping[str, Any]],
     before: Statistics,
     after: Statistics,
@@ -57,11 +88,10 @@ def _save(
     accepted: Sequence[Mapping[str, Any]],
     at_bound: Mapping[str, str],
 ) -> None:
-    references = [Path(str(f.meta["source"])) for f in flights if "source" in f.meta]
     provenance = Provenance(
         version=f"infotraj {version('infotraj')}",
         parent=FileReference(path=str(parent.resolve()), sha256=sha256(parent)),
-        flights=tuple(FileReference(path=str(p.resolve()), sha256=sha256(p)) for p in references if p.is_file()),
+        flights=flights,
         error={"before": axes(before.rmse), "after": axes(after.rmse), "floor": axes(after.floor)},
         note=note,
         accepted=tuple(AcceptedFinding.model_validate(dict(entry)) for entry in accepted),
