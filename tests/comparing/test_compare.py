@@ -179,6 +179,48 @@ def test_what_a_vehicle_file_leaves_out_is_said(noisy):
     assert error.scored[:, 2].any()
 
 
+def scaled(factor):
+    """The quadrotor with mass, inertia and thrusts times a factor: it moves as before."""
+    content = load_vehicle(QUADROTOR).model_dump(exclude_none=True)
+    content["mass"] *= factor
+    content["inertia"] = {k: factor * v for k, v in content["inertia"].items()}
+    for rotor in content["rotors"]:
+        rotor["thrust_coefficient"] *= factor
+    return Model(parse_vehicle(content))
+
+
+@pytest.mark.parametrize("factor", [0.5, 2.0])
+def test_models_that_predict_the_same_motion_do_not_differ_whatever_their_mass(noisy, factor):
+    found = compare({"file": load_model(QUADROTOR), "scaled": scaled(factor)}, [noisy])
+    (apart,) = found.differences()
+    assert apart.mean == pytest.approx(np.zeros(6), abs=1e-9)
+    first, other = (m.overall for m in found.models)
+    assert other.rmse == pytest.approx(first.rmse)
+    assert other.floor == pytest.approx(first.floor)
+
+
+@pytest.mark.parametrize(("key", "axes"), [("mass", "fx, fy, fz"), ("inertia", "tx, ty, tz")])
+def test_a_model_whose_file_says_less_is_compared_on_the_axes_that_both_can_answer(noisy, key, axes):
+    content = load_vehicle(QUADROTOR).model_dump(exclude_none=True)
+    content.pop(key)
+    less, whole = Model(parse_vehicle(content)), load_model(QUADROTOR)
+    for models in ({"whole": whole, "less": less}, {"less": less, "whole": whole}):
+        found = compare(models, [noisy])
+        (apart,) = found.differences()
+        answered = [axis not in axes for axis in ("fx", "fy", "fz", "tx", "ty", "tz")]
+        assert list(np.isfinite(apart.mean)) == answered
+        of = "" if next(iter(models)) == "less" else "with less "
+        assert f"{of}nothing can be said about {axes}: the vehicle file gives no {key}" in as_text(found)
+
+
+def test_where_no_axis_can_be_compared_that_is_said_and_no_block_counted(noisy):
+    content = load_vehicle(QUADROTOR).model_dump(exclude_none=True)
+    less = Model(parse_vehicle({k: v for k, v in content.items() if k not in ("mass", "inertia")}))
+    said = as_text(compare({"whole": load_model(QUADROTOR), "less": less}, [noisy]))
+    assert "less: fx -  fy -  fz -  tx -  ty -  tz -\n" in said
+    assert "with less nothing can be said about fx, fy, fz: the vehicle file gives no mass" in said
+
+
 def invoke(*arguments):
     return CliRunner().invoke(compare_command, [str(a) for a in arguments], standalone_mode=False)
 

@@ -57,14 +57,17 @@ def compare(
 ) -> Comparison:
     """Compares one or several models with recorded flights.
 
-    models: a model, or models by name. horizons: of rollouts, none without (see `parse_horizons`). window (s),
-    force_from, start, stop (s): as in `equation_error`. InputError where a flight lacks what the vehicle needs.
+    models: a model, or models by name; the errors of all are in the scale of the first one's mass and inertia.
+    horizons: of rollouts, none without (see `parse_horizons`). window (s), force_from, start, stop (s): as in
+    `equation_error`. InputError where a flight lacks what the vehicle needs.
     """
     named = {"model": models} if isinstance(models, Model) else models
-    found = []
+    found: list[Compared] = []
+    scale = next(iter(named.values())).vehicle
     for name, model in named.items():
         errors = tuple(
-            equation_error(model, f, window=window, force_from=force_from, start=start, stop=stop) for f in flights
+            equation_error(model, f, window=window, force_from=force_from, start=start, stop=stop, scale=scale)
+            for f in flights
         )
         rolled = tuple(rollouts(model, f, horizons, start=start, stop=stop) for f in flights) if horizons else ()
         found.append(Compared(name, model, errors, rolled))

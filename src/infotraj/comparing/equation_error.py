@@ -83,12 +83,14 @@ def equation_error(
     force_from: ForceFrom = "auto",
     start: float | None = None,
     stop: float | None = None,
+    scale: Vehicle | None = None,
 ) -> EquationError:
     """Measured against predicted wrench along a flight.
 
     window: s, of the filter. force_from: "auto" takes the accelerometer where it was measured, else the velocity.
-    start, stop: s, the part of the flight that is scored; the prediction always starts with the flight. InputError
-    where the flight lacks the commands that the vehicle needs.
+    start, stop: s, the part of the flight that is scored; the prediction always starts with the flight. scale: the
+    vehicle whose mass and inertia accelerations are multiplied by, the model's own without. InputError where the flight
+    lacks the commands that the vehicle needs.
     """
     prepared = model.prepare(flight)
     flight, prediction = prepared.flight, model.predict(prepared)
@@ -108,7 +110,8 @@ def equation_error(
     torque = _torque(flight, prediction, keep, window)
     if not flight.has(*RATE):
         reasons.update(dict.fromkeys(AXES[3:], "the flight has no rates"))
-    weights = _weights(vehicle)
+    scale = vehicle if scale is None else scale
+    weights = _weights(scale)
     for columns, side, weight in ((slice(0, 3), force, weights[0]), (slice(3, 6), torque, weights[1])):
         if side is None:
             continue
@@ -125,8 +128,8 @@ def equation_error(
         if axis in reasons:
             measured[:, k], predicted[:, k], floor[k], red[k] = np.nan, np.nan, np.nan, np.nan
     unit = {
-        "force": "N" if vehicle.mass is not None else "m/s^2",
-        "torque": "N m" if vehicle.inertia is not None else "rad/s^2",
+        "force": "N" if scale.mass is not None else "m/s^2",
+        "torque": "N m" if scale.inertia is not None else "rad/s^2",
     }
     return EquationError(t, measured, predicted, floor, red, unit, source, window, reasons, left_out)
 

@@ -79,7 +79,10 @@ class Difference:
 
 
 def difference(model: Sequence[EquationError], other: Sequence[EquationError]) -> Difference:
-    """Mean square of `model` less that of `other`, over that of `other`, an axis each (6,), on the rows of both."""
+    """Mean square of `model` less that of `other`, over that of `other`, an axis each (6,), on the rows of both.
+
+    NaN on axes that one of them cannot answer. Both are in one scale (`equation_error`).
+    """
     means, weights = [], []
     for a, b in zip(model, other, strict=True):
         both = a.scored & b.scored

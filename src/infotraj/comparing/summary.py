@@ -223,10 +223,13 @@ def _rollouts_of(comparison: Comparison) -> str:
 def _notes(comparison: Comparison) -> Iterable[str]:
     first = comparison.models[0]
     why: dict[str, list[str]] = {}
-    for path, error in zip(comparison.paths, first.errors, strict=True):
-        for reason in dict.fromkeys(error.reasons.values()):
-            axes = ", ".join(a for a, said in error.reasons.items() if said == reason)
-            why.setdefault(f"nothing can be said about {axes}: {reason}", []).append(path)
+    for model in comparison.models:
+        of = "" if model is first else f"with {model.name} "
+        for path, error, said_before in zip(comparison.paths, model.errors, first.errors, strict=True):
+            new = {a: r for a, r in error.reasons.items() if model is first or said_before.reasons.get(a) != r}
+            for reason in dict.fromkeys(new.values()):
+                axes = ", ".join(a for a, said in new.items() if said == reason)
+                why.setdefault(f"{of}nothing can be said about {axes}: {reason}", []).append(path)
     for path, rolled in zip(comparison.paths, first.rollouts, strict=False):
         if rolled.reason is not None:
             why.setdefault(f"no rollouts: {rolled.reason}", []).append(path)
