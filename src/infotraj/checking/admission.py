@@ -26,12 +26,16 @@ from infotraj.vehicle import Vehicle
 
 
 def checked(
-    flights: Sequence[Flight], vehicle: Vehicle, start: float | None = None, stop: float | None = None
+    flights: Sequence[Flight],
+    vehicle: Vehicle,
+    start: float | None = None,
+    stop: float | None = None,
+    seen: dict[str, str] | None = None,
 ) -> list[Check]:
     """The checks of flight tables that are to be used together, in order, copies among them found.
 
-    start, stop: s, the part that is used, and the only one that is looked at. InputError where it holds no rows. What
-    was checked before is remembered (see `remembered`).
+    start, stop: s, the part that is used, and the only one that is looked at. InputError where it holds no rows. seen:
+    as in `with_copies`. What was checked before is remembered (see `remembered`).
     """
     parts = [_plain(part(f, start, stop)) for f in flights]
     keys = [_key(f, vehicle) for f in parts]
@@ -42,7 +46,7 @@ def checked(
             ("together", *keys),
             lambda: agreed(checks, [mapping_key(f) for f in parts], lambda k, judge: examine(parts[k], vehicle, judge)),
         )
-    return with_copies(flights, [_overruled(c, f) for c, f in zip(checks, flights, strict=True)])
+    return with_copies(flights, [_overruled(c, f) for c, f in zip(checks, flights, strict=True)], seen)
 
 
 def _plain(flight: Flight) -> Flight:
@@ -64,9 +68,12 @@ def _overruled(check: Check, flight: Flight) -> Check:
     return replace(check, source=str(flight.meta.get("source", "flight")), findings=findings, usable=usable)
 
 
-def with_copies(flights: Sequence[Flight], checks: Sequence[Check]) -> list[Check]:
-    """The checks, those of copies of an earlier flight with the finding that says so."""
-    seen: dict[str, str] = {}
+def with_copies(flights: Sequence[Flight], checks: Sequence[Check], seen: dict[str, str] | None = None) -> list[Check]:
+    """The checks, those of copies of an earlier flight with the finding that says so.
+
+    seen: flights that were read before, name by hash of the content; these flights are added to it.
+    """
+    seen = {} if seen is None else seen
     found = []
     for flight, check in zip(flights, checks, strict=True):
         source, numbers = str(flight.meta.get("source", "flight")), content_hash(flight)

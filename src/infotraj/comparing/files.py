@@ -46,9 +46,11 @@ def admitted(
     vehicle: Vehicle,
     use: Callable[[Flight], T],
     reading: Reading,
+    seen: dict[str, str] | None = None,
 ) -> Admitted[T]:
     """The flights that `check` lets through and `use` can work with. Of several the others are named on standard error.
 
+    seen: flights that were let in before, of which none may be a copy (`checking.admission.with_copies`).
     UsageError for a code that does not exist; InputError where a flight was rejected (with `skip_rejected`: where none
     is left).
     """
@@ -65,7 +67,7 @@ def admitted(
             rejected += _named(error, among=len(paths))
     flights: list[Flight] = []
     found: list[T] = []
-    checks = checked(read, vehicle, start, stop)
+    checks = checked(read, vehicle, start, stop, seen)
     for flight, check in progress(list(zip(read, checks, strict=True)), "preparing flight"):
         try:
             clean = let_in(flight, check)

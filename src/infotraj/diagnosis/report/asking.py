@@ -89,9 +89,10 @@ def ask(
     files.require_apart(flights, reference)
     read, content = read_model(model, effects_from)
     use = usable(read, start, stop, bool(reference))
+    seen: dict[str, str] = {}  # of both lists: a healthy flight may have a copy among those that are asked about
 
     def admitted(paths: Sequence[Path]) -> files.Admitted[None]:
-        let_in = files.admitted(paths, read.vehicle, use, reading)
+        let_in = files.admitted(paths, read.vehicle, use, reading, seen)
         used, cut = parts(let_in.flights, seconds, start, stop)
         for line in cut:
             click.echo(line, err=True)
