@@ -1,6 +1,7 @@
 """What `add` puts into a model: what was asked for, as these flights have it, and what corrects the file."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -74,3 +75,6 @@ def test_a_right_file_is_left_as_it_is_and_what_was_asked_for_stays_though_it_is
     assert made.beside == ()
     assert [e.name for e in made.model.effects] == ["rotor_effectiveness", "hub_moment"]
     assert made.as_dict()["corrected"] == []
+    assert "is worse with the new model" not in made.as_text()
+    worse = replace(made, after=replace(made.after, rmse=made.before.rmse * [1.0, 1.9, 1.0, 1.0, 1.0, 1.0]))
+    assert "\nfy is worse with the new model: " in worse.as_text()

@@ -9,8 +9,8 @@ from infotraj.comparing.equation_error import EquationError
 from infotraj.diagnosis.gates.refusal import coherence
 from infotraj.diagnosis.judge import numbers
 from infotraj.diagnosis.judge.evidence import resampled
+from infotraj.diagnosis.judge.worse import worse_lines
 from infotraj.diagnosis.linear.healthy import Healthy
-from infotraj.diagnosis.report.summary import _worse
 from infotraj.diagnosis.select.prior import Scales
 
 
@@ -42,10 +42,9 @@ def test_a_flight_alone_may_differ_by_what_healthy_flights_differ_by():
 
 def test_axes_that_get_worse_are_those_whose_error_grows():
     before, after = np.ones(6), np.array([0.1, 2.0, 1.0, np.nan, 5.0, 1.0])
-    found = SimpleNamespace(
-        before=SimpleNamespace(rmse=before), after=SimpleNamespace(rmse=after), refused={"ty": "why"}
-    )
-    assert _worse(found) == ["fy"]
+    said = worse_lines(SimpleNamespace(rmse=before), SimpleNamespace(rmse=after))
+    assert list(said) == ["fy", "ty"]
+    assert said["fy"].startswith("fy is worse with the new model: ")
 
 
 def test_a_vehicle_that_is_heavier_than_its_file_has_less_thrust_over_mass_and_stronger_rotors_have_more(monkeypatch):

@@ -17,6 +17,7 @@ from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.gates.observing import observe
 from infotraj.diagnosis.judge.giving import given
 from infotraj.diagnosis.judge.numbers import fitted_numbers
+from infotraj.diagnosis.judge.worse import worse_lines
 from infotraj.diagnosis.linear.candidates import candidates
 from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.fit import Fit
@@ -77,7 +78,7 @@ class Added:
         }
 
     def as_text(self) -> str:
-        """A line an effect, one of what corrects the file, then a line an axis."""
+        """A line an effect, one of what corrects the file, then a line an axis, and what is worse."""
         lines = []
         for e, s in zip(self.model.effects, self.errors, strict=True):
             said = f"{e.name}: {', '.join(_number(k, v, s.get(k)) for k, v in e.values.items())}"
@@ -95,6 +96,7 @@ class Added:
             if self.before.rmse[i] == self.before.rmse[i]:
                 after = f"{self.after.rmse[i]:.4g} after, floor {self.after.floor[i]:.4g}"
                 lines.append(f"{axis}: {self.before.rmse[i]:.4g} before, {after}")
+        lines += worse_lines(self.before, self.after).values()
         if self.command_steps > 1:
             lines.append(f"commands: read as {self.command_steps} steps from row to row")
         return "\n".join([*lines, *accepted_lines(self.accepted)]) + "\n"

@@ -10,9 +10,9 @@ from infotraj.checking.acceptance import accepted_in, accepted_lines
 from infotraj.comparing.equation_error import AXES
 from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.gates.refusal import axis_group
-from infotraj.diagnosis.judge.giving import WORSE
 from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS, THRUST_OVER_MASS, FileNumber
 from infotraj.diagnosis.judge.verdicts import Finding
+from infotraj.diagnosis.judge.worse import worse_lines
 from infotraj.diagnosis.report.added_load import added_load
 from infotraj.diagnosis.report.reasons import about_takes, axis_in_words, why
 from infotraj.diagnosis.report.vehicle_file import ONE_FINDING, by_ratio
@@ -121,12 +121,6 @@ def stays(found: Diagnosis) -> dict[str, float]:
     return {a: x for a, x in far.items() if a not in found.refused}
 
 
-def _worse(found: Diagnosis) -> list[str]:
-    """Axes whose error the new model makes larger, by more than is no difference."""
-    rise = np.nan_to_num(found.after.rmse / found.before.rmse, nan=1.0)
-    return [axis for i, axis in enumerate(AXES) if rise[i] > WORSE and axis not in found.refused]
-
-
 def _mended_by_file(found: Diagnosis) -> str:
     """Axes of whose error numbers of the file take most, beside what is named, with the share that goes; or nothing.
 
@@ -226,10 +220,7 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
             lines.append(f"{axis:<10}{values} {unit[axis[0]]}")
     if found.after is not found.before:
         lines.append("after: the new model, fitted to all of these flights; floor: that of the new model")
-        lines += [
-            f"{axis} is worse with the new model: something else is missing there, or the file's errors made up for it"
-            for axis in _worse(found)
-        ]
+        lines += [x for axis, x in worse_lines(found.before, found.after).items() if axis not in found.refused]
     lines += [
         f"{axis}: only {100 * share:.0f} % of the measured torque goes with what the model predicts"
         for axis, share in found.faint.items()
