@@ -24,7 +24,7 @@ from infotraj.errors import UsageError
 from infotraj.flight import Flight
 from infotraj.models import Model
 from infotraj.models.file import read_model
-from infotraj.vehicle import load_vehicle
+from infotraj.vehicle import load_vehicle, parse_vehicle
 
 VEHICLE = Path(__file__).parents[2] / "config" / "vehicles" / "quadrotor.yaml"
 CONTENT = yaml.safe_load(VEHICLE.read_text())
@@ -121,6 +121,20 @@ def test_add_says_that_a_number_stopped_at_its_bound_and_marks_it_in_the_file(tm
     model, content = read_model(out)
     assert "bound of n" in content.provenance.at_bound["thrust_exponent"]
     assert model.effects[0].n == 3.0
+
+
+def test_add_says_that_a_lag_which_the_file_declares_too_long_stops_at_nothing(tmp_path):
+    """The file's lag is twice the true one: as an effect it can only grow."""
+    slow = {**CONTENT, "rotors": [{**r, "time_constant": 2.0 * r["time_constant"]} for r in CONTENT["rotors"]]}
+    flown = flights({})
+    made = add(Model(parse_vehicle(slow)), ["rotor_lag"], flown)
+    assert made.model.effects[0].extra_time_constant == 0.0
+    assert made.as_dict()["at_bound"]["rotor_lag"].startswith("the fit ends at extra_time_constant 0, ")
+    assert "ask for less than the file declares, and `infotraj diagnose` says" in made.as_text()
+    fast = {**CONTENT, "rotors": [{**r, "time_constant": 0.5 * r["time_constant"]} for r in CONTENT["rotors"]]}
+    longer = add(Model(parse_vehicle(fast)), ["rotor_lag"], flown)
+    assert longer.model.effects[0].extra_time_constant > 0.01
+    assert longer.ended == {}
 
 
 def test_add_prints_as_many_digits_as_the_standard_error_leaves():

@@ -19,7 +19,7 @@ from infotraj.diagnosis.judge.giving import given
 from infotraj.diagnosis.judge.numbers import fitted_numbers
 from infotraj.diagnosis.judge.worse import worse_lines
 from infotraj.diagnosis.linear.candidates import candidates
-from infotraj.diagnosis.select.bounds import beyond_bounds
+from infotraj.diagnosis.select.bounds import below_file, beyond_bounds
 from infotraj.diagnosis.select.fit import Fit
 from infotraj.diagnosis.select.prior import file_only, is_file_number
 from infotraj.diagnosis.select.reading import as_commanded
@@ -40,7 +40,7 @@ _PARTS = {"fitting": 50.0, "the new model": 13.0, "the file's numbers": 32.0, "e
 class Added:
     """A model with effects added: their names, standard errors of all its effects, equation error before and after.
 
-    ended: effects whose numbers stopped at a physical bound, and how; command_steps: that commands were taken to make
+    ended: effects whose numbers stopped at a bound, and how; command_steps: that commands were taken to make
     from row to row, 1 where they were held; accepted: findings about the flights that the user overruled; beside:
     labels of effects that nobody asked for and that correct the file, last in the model.
     """
@@ -89,9 +89,7 @@ class Added:
         if len(self.beside) > 1:
             lines.append(f"these correct the file, and predict together: {labels_in_words(self.beside)}")
         for label, how in self.ended.items():
-            lines.append(
-                f"WARNING {label}: {how}: no measured number, the truth may lie beyond; something else is missing"
-            )
+            lines.append(f"WARNING {label}: {how} (no measured number: the truth may lie beyond)")
         for i, axis in enumerate(AXES):
             if self.before.rmse[i] == self.before.rmse[i]:
                 after = f"{self.after.rmse[i]:.4g} after, floor {self.after.floor[i]:.4g}"
@@ -152,13 +150,15 @@ def add(
     order = [*asked, *corrects]
     members = sorted(made.members, key=lambda m: -1 if m.held else order.index(m.candidate.label))
     new = Model(vehicle, [m.effect for m in members])
+    read = search.observation.flights  # with their commands as they were read
     return Added(
         new,
         tuple(names),
         tuple(numbers[m.candidate.label] for m in members),
-        refusal.errors(model, search.observation.flights, start, stop),
-        refusal.errors(new, search.observation.flights, start, stop),
-        beyond_bounds(made.members, vehicle),
+        refusal.errors(model, read, start, stop),
+        refusal.errors(new, read, start, stop),
+        {x: f"{how}; something else is missing" for x, how in beyond_bounds(made.members, vehicle).items()}
+        | below_file([m for m in made.members if m.candidate.label in asked], vehicle),
         max(command_steps(s.flight) for s in search.observation.samples),
         tuple(accepted_in(flights)),
         tuple(corrects),

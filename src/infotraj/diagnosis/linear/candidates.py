@@ -105,6 +105,13 @@ def _places(cls: type[Effect], form: tuple[str, ...], vehicle: Vehicle) -> list[
     return found
 
 
+def only_more(candidate: Candidate, place: Place) -> bool:
+    """Whether the effect only adds to a number of which the file may declare too much: a lag that is missing is longer,
+    while one that corrects the file may be shorter."""
+    least = next(p for p in candidate.cls.parameters if p.name == place.parameter).bounds[0]
+    return least == place.absent and least > place.low
+
+
 def raw(effect: Effect, at: Sequence[Place]) -> Array:
     """The fitted numbers of an effect as they are."""
     return np.array([float(np.atleast_1d(getattr(effect, p.parameter))[p.component]) for p in at])

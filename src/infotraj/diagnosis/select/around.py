@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from infotraj.diagnosis.linear.candidates import Candidate, Variant, places, read, written
+from infotraj.diagnosis.linear.candidates import Candidate, Variant, only_more, places, read, written
 from infotraj.diagnosis.linear.candidates import variants as own_variants
 from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.linear.sensitivities import sensitivities
@@ -422,9 +422,8 @@ def _column(candidate: Candidate, place: int, value: float, observation: Observa
     x = np.array([q.absent for q in at])
     x[place] += p.scale
     idle = written(candidate, at, np.clip(x, [q.low for q in at], [q.high for q in at])).is_absent(vehicle)
-    least = next(x for x in candidate.cls.parameters if x.name == p.parameter).bounds[0]
-    longer = least == p.absent and least > p.low
-    low, high = sorted((((least if longer else p.low) - base) / p.scale, (p.high - base) / p.scale))
+    longer = only_more(candidate, p)
+    low, high = sorted((((p.absent if longer else p.low) - base) / p.scale, (p.high - base) / p.scale))
     lowest = (p.low - base) / p.scale if longer else low
     now = 0.0 if absent and not idle else (value - base) / p.scale
     slope = p.slope(p.value(base + now * p.scale))

@@ -1,4 +1,4 @@
-"""Which fitted numbers stopped at a physical bound."""
+"""Which fitted numbers stopped at a physical bound, or where their effect adds nothing."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from infotraj.diagnosis.linear.candidates import raw, read
+from infotraj.diagnosis.linear.candidates import only_more, raw, read
 from infotraj.diagnosis.linear.observation import Member
 from infotraj.vehicle import Vehicle
 
@@ -24,6 +24,20 @@ def beyond_bounds(members: Sequence[Member], vehicle: Vehicle) -> dict[str, str]
         for k in _ended(m, vehicle):
             parameter = m.places(vehicle)[k].parameter
             found[m.candidate.label] = f"the fit ends at the physical bound of {parameter} ({values[k]:.3g})"
+    return found
+
+
+def below_file(members: Sequence[Member], vehicle: Vehicle) -> dict[str, str]:
+    """Labels of members that add nothing to a number of the file because these flights ask for less, and the words."""
+    found = {}
+    for m in members:
+        at = m.places(vehicle)
+        for p, x in zip(at, read(m.effect, at), strict=True):
+            if not m.held and only_more(m.candidate, p) and x == p.absent:
+                found[m.candidate.label] = (
+                    f"the fit ends at {p.parameter} {p.absent:g}, the least that the effect may add; these flights ask "
+                    "for less than the file declares, and `infotraj diagnose` says what it should declare"
+                )
     return found
 
 
