@@ -47,7 +47,7 @@ def made_of(monkeypatch, thetas, deviation, spike=0.3, **changed):
 def test_a_number_of_the_file_is_told_in_its_unit_with_its_error(monkeypatch):
     """Five usual sizes of a twentieth of the mass, as a logarithm; thrust of one rotor by its own coefficient; 4 ms."""
     monkeypatch.setattr(numbers, "thrust_over_mass", lambda made, named, faint: [])
-    monkeypatch.setattr(numbers, "_takes", lambda made, along, faint: 0.6)
+    monkeypatch.setattr(numbers, "_takes", lambda made, along, faint: {"fx": 0.6, "vz": 0.6, "tx": 0.4})
     asked = [
         (candidate("mass_offset"), 0, 5.0),
         (candidate("rotor_effectiveness", rotor=2), 0, -1.2),
@@ -71,6 +71,8 @@ def test_a_number_of_the_file_is_told_in_its_unit_with_its_error(monkeypatch):
     # Within three times what such a file is off by; half of an error is spoken of where nothing else does the same.
     assert [n.ordinary for n in (mass, rotor, lag, center, force)] == [False, False, True, True, True]
     assert [n.large for n in (mass, rotor, lag, center, force)] == [False, False, True, False, True]
+    # A velocity against an accelerometer tells of the force along its axis; a mass acts beside other numbers.
+    assert [n.on for n in (lag, mass)] == [("fx", "fz"), ()]
 
 
 def test_a_number_of_an_effect_that_is_not_named_says_why(monkeypatch):
@@ -144,7 +146,7 @@ def test_a_number_that_a_torque_tells_which_is_hardly_predicted_is_in_doubt(monk
     gram[0, :, 1, 1], gram[1, :, 1, 1], gram[1, :, 2, 2], gram[0, :, 3, 3] = 2.0, 1.0, 1.0, 1.0
     made.linear.sums = SimpleNamespace(axes=("tx", "fz"), gram=gram)
     monkeypatch.setattr(numbers, "thrust_over_mass", lambda made, named, faint: [])
-    monkeypatch.setattr(numbers, "_takes", lambda made, along, faint: 0.0)
+    monkeypatch.setattr(numbers, "_takes", lambda made, along, faint: {})
 
     def doubts(faint):
         return [n.doubt for n in file_numbers(made, (), {}, faint)]
@@ -156,7 +158,7 @@ def test_a_number_that_a_torque_tells_which_is_hardly_predicted_is_in_doubt(monk
 def test_thrust_over_mass_has_the_doubt_of_the_thrust_that_is_not_named(monkeypatch):
     asked = [(candidate("thrust_scale"), 0, -1.0), (candidate("mass_offset"), 0, 0.5)]
     made = made_of(monkeypatch, asked, 0.04, labels=("thrust_scale",))
-    monkeypatch.setattr(numbers, "_takes", lambda made, along, faint: 0.6)
+    monkeypatch.setattr(numbers, "_takes", lambda made, along, faint: {"fx": 0.6, "vz": 0.6, "tx": 0.4})
     monkeypatch.setattr(numbers, "_off", lambda made, named: ())
     (ratio,) = file_numbers(made, (), {"thrust_scale": "why"})
     assert (ratio.name, ratio.doubt, ratio.large) == (numbers.THRUST_OVER_MASS, "why", False)
@@ -175,11 +177,11 @@ def test_the_share_that_a_number_takes_is_of_the_root_mean_square(size):
 
     _, whole = linear_fit(["mass_offset", "linear_drag"], rows, ["mass_offset", "linear_drag"])
     share = 1.0 - 1.0 / np.hypot(1.0, size)
-    assert numbers._takes(whole, np.array([1.0, 0.0])) == pytest.approx(share, abs=0.03)
+    assert numbers._takes(whole, np.array([1.0, 0.0]))["fx"] == pytest.approx(share, abs=0.03)
     # A direction has no length.
-    assert numbers._takes(whole, np.array([0.1, 0.0])) == pytest.approx(share, abs=0.03)
+    assert numbers._takes(whole, np.array([0.1, 0.0]))["fx"] == pytest.approx(share, abs=0.03)
     # Of an axis that is hardly predicted a smaller prediction takes error as well.
-    assert numbers._takes(whole, np.array([1.0, 0.0]), {"fx": 0.1}) == 0.0
+    assert numbers._takes(whole, np.array([1.0, 0.0]), {"fx": 0.1}).get("fx") is None
 
 
 def test_thrust_over_mass_is_told_with_the_error_of_a_factor(monkeypatch):

@@ -117,12 +117,18 @@ def test_where_only_numbers_of_the_file_are_off_the_sentence_says_how_much_of_th
     assert sentence(SimpleNamespace(**{**vars(found), "refused": {}, "faint": {"tz": 0.4}})).endswith(
         "is gone on fy, fz."
     )
-    force, lag = (FileNumber(x, 0.0, v, 0.01, True, takes=t, label=x) for x, v, t in (("a", 2.0, 0.6), ("b", 3.0, 0.9)))
-    ratio = FileNumber(THRUST_OVER_MASS, 1.0, 0.9, 0.01, True, takes=0.7)
+    force, lag = (
+        FileNumber(x, 0.0, v, 0.01, True, takes=t, label=x, on=("fy", "tx"))
+        for x, v, t in (("a", 2.0, 0.6), ("b", 3.0, 0.9))
+    )
+    ratio = FileNumber(THRUST_OVER_MASS, 1.0, 0.9, 0.01, True, takes=0.7, on=("fz",))
     more = [replace(force, name="c", takes=0.55), replace(force, name="d", label="not in the model", takes=0.99)]
     told = {"file": (force, ratio, lag, *more), "beside": ("mass_offset", "a", "b")}
     said = f", first of all b 3 and {THRUST_OVER_MASS} 0.9 and a 2."
     assert sentence(SimpleNamespace(**{**vars(found), **told})).endswith(said)
+    # A force along x takes nothing off fy and fz, of which the sentence says that most is gone.
+    elsewhere = {"file": (replace(force, on=("fx",)), replace(lag, on=("fx", "tx")))}
+    assert sentence(SimpleNamespace(**{**vars(found), **told, **elsewhere})).endswith("is gone on fy, fz.")
     doubted = {"file": (replace(force, doubt="why"), lag)}
     assert sentence(SimpleNamespace(**{**vars(found), **told, **doubted})).endswith(", first of all b 3.")
     for same in ({"beside": ()}, {"after": found.before}):

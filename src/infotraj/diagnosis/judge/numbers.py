@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.judge.evidence import moving, overdispersion
 from infotraj.diagnosis.linear.candidates import Candidate, places, slopes
 from infotraj.diagnosis.linear.observation import Member
@@ -29,7 +30,8 @@ class FileNumber:
     """What one number of the vehicle file should say. ordinary: within what this file's numbers are off by; unit: of
     value, declared and error, empty where they have none; takes: share of an axis' error of flights that were not
     fitted that goes with it, where that is most, and 0 where other numbers may stand for it; doubt: why it may be
-    wrong, though flights tell it with that error; label: of the effect that says it, empty of a ratio."""
+    wrong, though flights tell it with that error; label: of the effect that says it, empty of a ratio; on: axes fx to
+    tz of whose error half and more goes with it."""
 
     name: str
     declared: float
@@ -40,6 +42,7 @@ class FileNumber:
     takes: float = 0.0
     doubt: str = ""
     label: str = ""
+    on: tuple[str, ...] = ()
 
     @property
     def large(self) -> bool:
@@ -109,10 +112,10 @@ def file_numbers(
             bool(abs(theta) < ORDINARY * spike),
             np.array([x is c for x in made.linear.columns], dtype=float),
         )
-        takes = _takes(made, own, faint) if kind.alone else 0.0
+        takes, on = _most(_takes(made, own, faint)) if kind.alone else (0.0, ())
         doubt = inside.get(c.candidate.label, "") or (_told_by(made, own, faint) if kind.kind in _OF_PREDICTION else "")
         label = c.candidate.label
-        out.append(FileNumber(name, declared, value, float(error), ordinary, unit, takes, doubt, label))
+        out.append(FileNumber(name, declared, value, float(error), ordinary, unit, takes, doubt, label, on))
     return tuple(out)
 
 
@@ -153,8 +156,14 @@ def _off(made: Fit, named: Container[str]) -> Iterator[tuple[Column, float, floa
             yield c, float(theta), float(deviation[i]), float(spike[i])
 
 
-def _takes(made: Fit, along: Array, faint: Container[str] = ()) -> float:
-    """Share of an axis' error of flights that were not fitted that numbers along a direction (p,) take, at most.
+def _most(takes: Mapping[str, float]) -> tuple[float, tuple[str, ...]]:
+    """Of shares by axis of the residual the largest, and the axes fx .. tz of which it is most."""
+    on = dict.fromkeys(refusal.axis_group(a) for a, share in takes.items() if share > _HALF)
+    return max(takes.values(), default=0.0), tuple(a for a in on if a is not None)
+
+
+def _takes(made: Fit, along: Array, faint: Container[str] = ()) -> dict[str, float]:
+    """Share of the error of each axis, of flights that were not fitted, that numbers along a direction (p,) take.
 
     faint: axes that the model hardly predicts, of which a smaller prediction takes error as well.
     """
@@ -162,7 +171,9 @@ def _takes(made: Fit, along: Array, faint: Container[str] = ()) -> float:
     without = each - np.outer(each @ along, along) / (along @ along)
     sure = moving(made) & np.array([a not in faint for a in sums.axes])
     before, left = (np.maximum(sums.plain_error(x)[sure], 0.0) for x in (without, each))
-    return float(np.max(1.0 - np.sqrt(left[before > 0.0] / before[before > 0.0]), initial=0.0))
+    of = np.array(sums.axes)[sure][before > 0.0]
+    shares = np.maximum(1.0 - np.sqrt(left[before > 0.0] / before[before > 0.0]), 0.0)
+    return dict(zip(of.tolist(), shares.tolist(), strict=True))
 
 
 def _unit(candidate: Candidate, parameter: str, name: str) -> str:
@@ -208,8 +219,8 @@ def thrust_over_mass(
         return []
     ordinary = abs(total) < ORDINARY * float(np.linalg.norm(weight * spike))
     factor = float(np.exp(total))
-    takes = 0.0 if scales else _takes(made, weight, faint)
-    return [FileNumber(THRUST_OVER_MASS, 1.0, factor, error * factor, ordinary, takes=takes)]
+    takes, on = (0.0, ()) if scales else _most(_takes(made, weight, faint))
+    return [FileNumber(THRUST_OVER_MASS, 1.0, factor, error * factor, ordinary, takes=takes, on=on)]
 
 
 def out_of_line(made: Fit, named: Container[str]) -> bool:

@@ -121,20 +121,16 @@ def stays(found: Diagnosis) -> dict[str, float]:
     return {a: x for a, x in far.items() if a not in found.refused}
 
 
-def _mended_by_file(found: Diagnosis) -> str:
-    """Axes of whose error numbers of the file take most, beside what is named, with the share that goes; or nothing.
+def _mended_by_file(found: Diagnosis) -> dict[str, float]:
+    """Axes of whose error numbers of the file take most, beside what is named, with the share that goes.
 
     A torque of which little goes with the prediction is none: a smaller prediction makes a smaller error.
     """
     if not found.beside or found.healthy is not None:
-        return ""
+        return {}
     goes = 1.0 - found.after.rmse / found.before.rmse * np.exp(_falls_by_name(found))
-    axes = [i for i, a in enumerate(AXES) if a not in (*found.refused, *found.faint) and goes[i] > _MOST]
-    if not axes:
-        return ""
-    shares = [round(100.0 * float(goes[i])) for i in axes]
-    of = f"{min(shares)} to {max(shares)} %" if min(shares) < max(shares) else f"{shares[0]} %"
-    return f"{of} of it is gone on {', '.join(AXES[i] for i in axes)}"
+    judged = [(a, float(x)) for a, x in zip(AXES, goes, strict=True) if a not in (*found.refused, *found.faint)]
+    return {a: share for a, share in judged if share > _MOST}
 
 
 def _falls_by_name(found: Diagnosis) -> Array:
@@ -169,10 +165,13 @@ def sentence(found: Diagnosis) -> str:
         first += f"; your vehicle file is out of line: {' and '.join(out_of_line)}"
     mended = _mended_by_file(found)
     if mended:
-        first += f"; the numbers of your vehicle file make most of the error: corrected, {mended}"
+        shares = [round(100.0 * x) for x in mended.values()]
+        of = f"{min(shares)} to {max(shares)} %" if min(shares) < max(shares) else f"{shares[0]} %"
+        first += "; the numbers of your vehicle file make most of the error: corrected, "
+        first += f"{of} of it is gone on {', '.join(mended)}"
         ratio = any(x.split()[0] in (*OF_THRUST_OVER_MASS, "rotor_effectiveness") for x in found.beside)
         corrects = [n for n in large if n.label in found.beside or (n.name == THRUST_OVER_MASS and ratio)]
-        most = [_number_of_file(n) for n in corrects if n.ordinary][:_FIRST]
+        most = [_number_of_file(n) for n in corrects if n.ordinary and mended.keys() & set(n.on)][:_FIRST]
         first += f", first of all {' and '.join(most)}" if most else ""
     if found.unexplained.found:
         where = ", ".join(list(dict.fromkeys(axis_in_words(s.axis) for s in found.unexplained.axes))[:3])
