@@ -71,6 +71,11 @@ def test_an_error_stays_that_is_three_times_the_floor_of_the_new_model_on_a_judg
     made = answer(after=after, refused={"tx": "why"})
     assert stays(made) == {"fx": 0.3, "fz": 0.25}
     assert "0.25 N of error stay on fz" in as_text(made)
+    untold = {k: SimpleNamespace(rmse=np.full(6, np.nan), floor=np.full(6, np.nan)) for k in ("before", "after")}
+    assert "after      floor" in as_text(made)
+    text = as_text(answer(**untold))
+    assert "error before and after: cannot be said; an accelerometer, a velocity or rates tell it\n" in text
+    assert "floor" not in text
 
 
 def test_a_torque_that_hardly_goes_with_the_prediction_is_spoken_of():

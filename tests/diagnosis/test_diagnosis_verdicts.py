@@ -19,6 +19,8 @@ from infotraj.models import Model
 
 SURE = {"probability": 0.99, "selected": 1.0, "rise": 1.0, "gain": 0.4, "falls": {"fx": 0.4}, "by_axis": {"fx": 1.0}}
 
+AGAINST = {"heldout_change": 0.5, "flights_better": (0, 4), "selected": 0.0}
+
 
 def judge(whole=None, left=(), order=(), search=None, refused=None, matters=0.05):
     structure = Unexplained(bool(left), tuple(left))
@@ -30,7 +32,7 @@ def judged(name="linear_drag", **changed):
     candidate = Candidate(cls, tuple(p for p in cls.parameters if not p.index))
     values = {**SURE, **changed}
     fixed = {"heldout_change": -0.5, "ci95": (-0.6, -0.4), "flights_better": (4, 4), "axis": "fx"}
-    return Judged(Member(candidate, candidate.absent(VEHICLE)), {}, Evidence(**fixed, **values))
+    return Judged(Member(candidate, candidate.absent(VEHICLE)), {}, Evidence(**{**fixed, **values}))
 
 
 def left(axis, rise):
@@ -43,6 +45,10 @@ def left(axis, rise):
         ({}, None, ""),
         ({"rise": 0.04}, "Not needed", "negligible"),
         ({"gain": 0.1}, "Plausible", "it takes 10% of the error off"),
+        ({"gain": 0.0, **AGAINST}, "Not needed", "predicted worse with it, all of them"),
+        ({"gain": 0.0, **AGAINST, "flights_better": (1, 4)}, "Plausible", "it takes 0% of the error off"),
+        ({"gain": 0.0, **AGAINST, "selected": 0.01}, "Plausible", "it takes 0% of the error off"),
+        ({"gain": 0.0, "selected": 0.0, "flights_better": (0, 4)}, "Plausible", "it takes 0% of the error off"),
         ({"probability": 0.9}, "Plausible", "90 % probable"),
         ({"selected": 0.9}, "Plausible", "better on 90 % of the resamples"),
         ({"form_error": 1.1}, "Plausible", "changes from place to place by 110 %"),

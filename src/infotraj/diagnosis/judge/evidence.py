@@ -44,6 +44,11 @@ class Evidence:
     probability: float = 0.0
     form_error: float = 0.0
 
+    @property
+    def against(self) -> bool:
+        """Whether flights that were not fitted are predicted worse with the effect, on every fold and resample."""
+        return self.heldout_change > 0.0 and self.flights_better[0] == 0 and self.selected == 0.0
+
 
 def evidence(whole: Fit, label: str, rng: np.random.Generator, rest: Fit | None = None) -> Evidence:
     """Evidence for one effect of a fitted set: the set as it is against the set without any of the effect's numbers.

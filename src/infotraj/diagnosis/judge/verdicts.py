@@ -27,6 +27,7 @@ MATTERS = 0.05  # rise of the squared error, in units of the floor, below which 
 _HALVES = float(np.log(2.0))  # the same, by half of one axis
 _LIKELY = 0.5
 _AS_WELL = 0.05  # of the error that a group's members leave: less is no reason to prefer one
+_WORSE = "flights that were not fitted are predicted worse with it, all of them"
 _CHANGES = 1.0  # form error with which a number changes by as much as it is large
 
 
@@ -144,7 +145,7 @@ class Judge:
             return "Not needed", "real, but negligible"
         # Physics without a name is there in every second: what resembles it a little is sure, and predicts little.
         if not j.needed:
-            return "Plausible", _little(e)
+            return ("Not needed", _WORSE) if e.against else ("Plausible", _little(e))
         # A clock is no further off where the file is, and what hardly any other number does is there in any case, an
         # effect's or the file's: what takes half of an error off with it is named.
         declared = j.member.candidate.cls.declared
@@ -232,9 +233,12 @@ class Judge:
         if silent:
             return Finding(name, "Not testable here", (name,), None, {}, {}, silent)
         found = evidence_of_absent(self.whole, best, self.rng) if np.isfinite(max(scores)) else None
-        likely = found is not None and found.probability > _LIKELY and found.rise >= self.matters
+        worse = found is not None and found.gain < TELLS and found.against
+        likely = found is not None and found.probability > _LIKELY and found.rise >= self.matters and not worse
         if found is None:
             reason = "with it numbers would end at a bound"
+        elif worse:
+            reason = _WORSE
         else:
             reason = _little(found) if found.gain < TELLS else f"{100 * found.probability:.0f} % probable"
         reason = self.search.barred.get(candidate.label, reason)

@@ -212,12 +212,15 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
     lines += about_takes([f.reason for f in shown])
     lines.append("")
     unit = {"f": "N" if found.model.vehicle.mass else "m/s^2", "t": "N m" if found.model.vehicle.inertia else "rad/s^2"}
-    lines.append(f"{'error':<10}{'before':>11}{'after':>11}{'floor':>11}")
+    if np.isfinite(found.before.rmse).any():
+        lines.append(f"{'error':<10}{'before':>11}{'after':>11}{'floor':>11}")
+    else:
+        lines.append("error before and after: cannot be said; an accelerometer, a velocity or rates tell it")
     for i, axis in enumerate(AXES):
         if np.isfinite(found.before.rmse[i]):
             values = "".join(f"{v:>11.4g}" for v in (found.before.rmse[i], found.after.rmse[i], found.after.floor[i]))
             lines.append(f"{axis:<10}{values} {unit[axis[0]]}")
-    if found.after is not found.before:
+    if found.after is not found.before and np.isfinite(found.after.rmse).any():
         lines.append("after: the new model, fitted to all of these flights; floor: that of the new model")
         lines += [x for axis, x in worse_lines(found.before, found.after).items() if axis not in found.refused]
     lines += [
