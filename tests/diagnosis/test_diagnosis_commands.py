@@ -132,6 +132,22 @@ def test_the_part_that_was_fitted_is_recorded_and_shown(paths, tmp_path):
     assert "fitted and judged" not in run("history", whole).stdout
 
 
+@pytest.mark.parametrize(("parent", "state"), [(None, "missing"), ("vehicle: [1, 2\n", "unreadable")])
+def test_a_history_whose_first_models_cannot_be_read_tells_the_others(tmp_path, parent, state):
+    old, new = tmp_path / "old.yaml", tmp_path / "new.yaml"
+    if parent is not None:
+        old.write_text(parent)
+    came = {"note": "added linear_drag", "parent": {"path": str(old), "sha256": "0" * 64}}
+    drag = {"name": "linear_drag", "parameters": {"d": [0.1, 0.1, 0.1]}}
+    new.write_text(yaml.safe_dump({"vehicle": str(QUADROTOR), "effects": [drag], "provenance": came}))
+    said = run("history", new)
+    assert status_of(said) == 0
+    assert f"0  {old} ({state})\n1  {new}: linear_drag\n   added linear_drag" in said.output
+    drag["parameters"]["d"][1] = float("nan")
+    new.write_text(yaml.safe_dump({"vehicle": str(QUADROTOR), "effects": [drag]}))
+    assert status_of(run("history", new)) == 3
+
+
 def test_bad_input_is_one_line_and_leaves_nothing(paths, made, tmp_path):
     bad = made[0].copy()
     bad.loc[5, "t"] = np.nan

@@ -310,6 +310,25 @@ def test_a_model_file_may_name_its_vehicle_beside_it(tmp_path):
     assert load_model(path).effects[0].factor == 0.9
 
 
+WEAK = "{name: rotor_effectiveness, parameters: {rotor: 3, factor: 0.9}}"
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [
+        f"{WEAK}, {WEAK.replace('3', '1')}",  # of two rotors
+        "{name: rotor_lag, parameters: {extra_time_constant: -0.03}}",  # less than the file declares, down to nothing
+        "{name: thrust_scale, parameters: {factor: 0.49999999}}",  # a fit that ends at a bound, rounded
+        "{name: battery_sag, parameters: {rate: 0.003}}",  # one of its forms
+        "{name: wind, parameters: {v: [0, 0, 5]}}",  # more than is looked for along z
+    ],
+)
+def test_what_may_be_and_what_a_fit_writes_is_read(tmp_path, effects):
+    path = tmp_path / "m.yaml"
+    path.write_text(f"vehicle: {QUADROTOR}\neffects: [{effects}]\n")
+    assert load_model(path).effects
+
+
 @pytest.mark.parametrize(
     ("text", "word"),
     [
@@ -318,6 +337,18 @@ def test_a_model_file_may_name_its_vehicle_beside_it(tmp_path):
         ("vehicle: v.yaml\neffects: [{name: thrust_scale, parameters: {fctor: 1}}]\n", "unknown parameter fctor"),
         ("vehicle: v.yaml\neffects: [{name: com_offset, parameters: {r: [1, 2]}}]\n", "3 finite numbers"),
         ("vehicle: v.yaml\neffects: [{name: mass_offset, parameters: {dm: high}}]\n", "parameters.dm"),
+        ("vehicle: v.yaml\neffects: [{name: mass_offset, parameters: {dm: .nan}}]\n", "dm is nan; expected finite"),
+        ("vehicle: v.yaml\neffects: [{name: com_offset, parameters: {r: [0, .inf, 0]}}]\n", "expected finite"),
+        ("vehicle: v.yaml\neffects: [{name: thrust_scale}]\n", "thrust_scale has no factor"),
+        ("vehicle: v.yaml\neffects: [{name: rotor_effectiveness, parameters: {rotor: 3}}]\n", "has no factor"),
+        ("vehicle: v.yaml\neffects: [{name: rotor_effectiveness, parameters: {factor: 0.9}}]\n", "has no rotor"),
+        ("vehicle: v.yaml\neffects: [{name: battery_sag}]\n", "battery_sag has no rate or exponent"),
+        (
+            "vehicle: v.yaml\neffects: [{name: thrust_scale, parameters: {factor: -3}}]\n",
+            "expected 0.5 to 2, its physical",
+        ),
+        ("vehicle: v.yaml\neffects: [{name: linear_drag, parameters: {d: [0, 0, -0.1]}}]\n", "expected 0 to 10"),
+        (f"vehicle: v.yaml\neffects: [{WEAK}, {WEAK}]\n", "rotor_effectiveness 3 stands twice"),
         ("vehicle: v.yaml\nprovenance: {parent: {path: x, sha256: short}}\n", "sha256"),
         ("vehicle: nowhere.yaml\n", "nowhere.yaml"),
         ("vehicle: {name: x, mass: -1, rotors: []}\n", "mass"),

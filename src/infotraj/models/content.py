@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from infotraj.errors import InputError, unread
+from infotraj.errors import InputError, problem, unread
 from infotraj.vehicle import parse_vehicle, validation_line
 
 Values = dict[str, float | int | list[float]]
@@ -85,6 +86,10 @@ def read_content(path: str | Path) -> ModelFile:
         parse_vehicle(content, source=str(path))
         return ModelFile(vehicle=str(path.resolve()))
     try:
-        return ModelFile.model_validate(content)
+        file = ModelFile.model_validate(content)
     except ValidationError as error:
         raise InputError(f"{path}: {validation_line(error, ModelFile)}") from error
+    for name, key, value in ((e.name, k, v) for e in file.effects for k, v in e.parameters.items()):
+        if not np.isfinite(value).all():
+            raise InputError(problem(f"{path}: {name}: {key} is {value}", "finite numbers", "Correct the value."))
+    return file

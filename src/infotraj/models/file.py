@@ -6,14 +6,18 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import yaml
 
+from infotraj.effects.base import Effect, Parameter
 from infotraj.effects.registry import effect_class
 from infotraj.errors import InputError, UsageError, problem
-from infotraj.models.content import ModelFile, Provenance, read_content
+from infotraj.models.content import EffectEntry, ModelFile, Provenance, read_content
 from infotraj.models.model import Model
 from infotraj.vehicle import Vehicle, load_vehicle, parse_vehicle
 from infotraj.writing import whole
+
+_ROUNDED = 1e-6  # of a bound: a number that a fit left at it may be rounded
 
 
 def load_model(path: str | Path, effects_from: Iterable[str | Path] = ()) -> Model:
@@ -34,11 +38,42 @@ def read_model(path: str | Path, effects_from: Iterable[str | Path] = ()) -> tup
     else:
         vehicle = parse_vehicle(file.vehicle, source=f"{path}: vehicle")
     try:
-        effects = [effect_class(e.name, effects_from)(**e.parameters) for e in file.effects]
+        effects = [_effect(e, vehicle, effects_from) for e in file.effects]
         model = Model(vehicle, effects)
     except (InputError, UsageError) as error:
         raise InputError(f"{path}: {error}") from error
     return model, file
+
+
+def _effect(entry: EffectEntry, vehicle: Vehicle, effects_from: Iterable[str | Path]) -> Effect:
+    """The effect of an entry. InputError where a parameter is left out, or is beyond its physical bounds."""
+    cls = effect_class(entry.name, effects_from)
+    effect = cls(**entry.parameters)
+    needed = [p.name for p in cls.parameters if not p.optional]
+    lacking = next((name for name in needed if name not in entry.parameters), None)
+    forms = [p.name for p in cls.parameters if p.optional]
+    if lacking is None and forms and not set(forms) & set(entry.parameters):
+        lacking = " or ".join(forms)
+    if lacking is not None:
+        raise InputError(
+            problem(f"{entry.name} has no {lacking}", "a number for it", "Write it, or leave the effect out.")
+        )
+    for p in cls.parameters:
+        value = np.asarray(getattr(effect, p.name), dtype=float)
+        low, high = _widest(cls, vehicle, p)
+        if np.any(value < low - _ROUNDED * abs(low)) or np.any(value > high + _ROUNDED * abs(high)):
+            what = f"{entry.name}: {p.name} is {entry.parameters[p.name]}"
+            raise InputError(problem(what, f"{low:.4g} to {high:.4g}, its physical bounds", "Correct the value."))
+    return effect
+
+
+def _widest(cls: type[Effect], vehicle: Vehicle, p: Parameter) -> tuple[float, float]:
+    """The bounds of a parameter on any vehicle, or on this one where they are wider."""
+    try:
+        low, high = cls.bounds(vehicle, p)
+    except InputError:  # the file leaves out what they are made of
+        return p.bounds
+    return min(p.bounds[0], float(np.min(low))), max(p.bounds[1], float(np.max(high)))
 
 
 def save_model(

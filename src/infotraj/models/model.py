@@ -30,7 +30,7 @@ _STALE_AT_LEAST = 0.25  # s
 
 
 class Model:
-    """A vehicle and what is missing from its file: any effects, at most one of a name unless it is repeatable.
+    """A vehicle and what is missing from its file: any effects, each once, or once a rotor where it is of one.
 
     The effects act in the catalogue's order: actuators (delay, lag, rate limit, play, bias), thrust, wrench, rigid
     body, measurement. InputError where an effect does not fit the vehicle; UsageError where one stands twice.
@@ -39,8 +39,8 @@ class Model:
     def __init__(self, vehicle: Vehicle, effects: Iterable[Effect] = ()) -> None:
         self.vehicle = vehicle
         self.effects = tuple(effects)
-        names = [e.name for e in self.effects if not e.repeatable]
-        twice = sorted({n for n in names if names.count(n) > 1})
+        labels = [e.label if e.repeatable else e.name for e in self.effects]
+        twice = sorted({x for x in labels if labels.count(x) > 1})
         if twice:
             raise UsageError(problem(f"the effect {twice[0]} stands twice", "once", "Fit its parameters instead."))
         for effect in self.effects:

@@ -8,13 +8,15 @@ from pathlib import Path
 from typing import Any
 
 from infotraj.digest import sha256
+from infotraj.errors import InputError
 from infotraj.models.content import FileReference, ModelFile, read_content
 from infotraj.terminal import counted
 
 
 @dataclass(frozen=True)
 class Version:
-    """One model of the chain. `state`: "as recorded", "changed since" (its file differs from the hash) or "missing"."""
+    """One model of the chain. `state`: "as recorded", "changed since" (its file differs from the hash), "missing" or
+    "unreadable"."""
 
     path: Path
     content: ModelFile | None
@@ -37,7 +39,11 @@ def history(model: str | Path) -> list[Version]:
             chain.append(Version(path, None, "missing"))
             break
         state = "as recorded" if sha256(path) == parent.sha256 else "changed since"
-        content = read_content(path)
+        try:
+            content = read_content(path)
+        except InputError:
+            chain.append(Version(path, None, "unreadable"))
+            break
         chain.append(Version(path, content, state))
     return chain[::-1]
 
