@@ -126,6 +126,19 @@ def test_a_flight_is_longer_than_a_second_and_higher_than_0_3_m(seconds, height,
     assert codes == ([code] if code else [])
 
 
+def test_a_part_that_is_too_short_and_all_in_the_air_is_no_fault_of_the_flight():
+    whole = flying(1.0, (8.0, 15.0))[1]
+    short = whole.between(9.0, 9.9)
+    (found,) = no_flight(short, airborne_rows(short))
+    assert found.code == "no_flight"
+    assert "s are used, less than 1 s, all of it in the air" in found.what
+    assert found.remedy.startswith("use more of it (--from, --to)")
+    hop = flying(1.0, (8.0, 8.7))[1].between(5.0, 15.0)
+    (found,) = no_flight(hop, airborne_rows(hop))
+    assert found.what.startswith("the vehicle is in the air for 0.")
+    assert found.remedy == "leave this log out"
+
+
 def test_a_short_hop_above_0_3_m_is_no_low_flight():
     """For a twentieth of the time it is high."""
     _, made = flying(0.2, (8.0, 18.0))

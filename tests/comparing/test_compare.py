@@ -17,10 +17,12 @@ from infotraj.comparing.command import compare_command
 from infotraj.comparing.equation_error import _by_slope
 from infotraj.comparing.floor import white_noise
 from infotraj.comparing.summary import as_text
+from infotraj.comparing.unscored import unscored
 from infotraj.comparing.window import Window
 from infotraj.effects.registry import catalogue
 from infotraj.errors import InputError, UsageError
 from infotraj.flight import Flight
+from infotraj.locating.command import locate_command
 from infotraj.models import Model, load_model, save_model
 from infotraj.vehicle import load_vehicle, parse_vehicle
 
@@ -223,6 +225,24 @@ def test_where_no_axis_can_be_compared_that_is_said_and_no_block_counted(noisy):
 
 def invoke(*arguments):
     return CliRunner().invoke(compare_command, [str(a) for a in arguments], standalone_mode=False)
+
+
+@pytest.mark.parametrize("command", [compare_command, locate_command])
+def test_a_window_that_is_longer_than_the_flight_is_no_fault_of_the_flight(tmp_path, noisy, command):
+    noisy.write(tmp_path / "a.parquet")
+    arguments = [str(QUADROTOR), str(tmp_path / "a.parquet"), "--window", "20"]
+    said = str(CliRunner().invoke(command, arguments, standalone_mode=False).exception)
+    assert said.endswith("longer than the window of 20 s. Give a smaller --window, or more of the flight.")
+
+
+@pytest.mark.parametrize("lacks", [("mass",), ("inertia",), ("mass", "inertia")])
+def test_what_the_vehicle_file_lacks_is_no_fault_of_the_flight(lacks):
+    reasons = [f"force: the vehicle file gives no {x}" for x in lacks]
+    said = str(unscored("a.csv: nothing", reasons, {"first half second": 50, "not in the air": 0}, 800))
+    assert said.endswith(f"expected a vehicle file with {' and '.join(lacks)}. Add what it lacks to the file.")
+    assert said.startswith("a.csv: nothing (50 first half second; force: ")
+    said = str(unscored("a.csv: nothing", [], {"not in the air": 800}, 800, 0.15))
+    assert said.endswith("expected a flight in the air with commands and measured motion. Leave it out.")
 
 
 def test_json_holds_what_others_rely_on(tmp_path, noisy, dragged):

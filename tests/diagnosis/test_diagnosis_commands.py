@@ -148,6 +148,17 @@ def test_a_history_whose_first_models_cannot_be_read_tells_the_others(tmp_path, 
     assert status_of(run("history", new)) == 3
 
 
+def test_a_vehicle_file_without_mass_and_inertia_is_not_said_of_the_flight(paths, tmp_path):
+    content = yaml.safe_load(QUADROTOR.read_text())
+    less = {k: v for k, v in content.items() if k not in ("mass", "inertia")}
+    (tmp_path / "v.yaml").write_text(yaml.safe_dump(less))
+    for command in (["diagnose"], ["locate"], ["add", "linear_drag", "-o", tmp_path / "m.yaml", "--fit"]):
+        result = run(command[0], tmp_path / "v.yaml", *command[1:], paths[0])
+        assert status_of(result) == 3
+        wanted = "expected a vehicle file with mass and inertia. Add what it lacks to the file."
+        assert str(result.exception).endswith(wanted)
+
+
 def test_bad_input_is_one_line_and_leaves_nothing(paths, made, tmp_path):
     bad = made[0].copy()
     bad.loc[5, "t"] = np.nan

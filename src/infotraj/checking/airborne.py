@@ -116,14 +116,18 @@ def no_flight(flight: Flight, air: Airborne) -> list[Finding]:
             )
         ]
     if seconds < SHORTEST_FLIGHT:
+        what, remedy = f"the vehicle is in the air for {seconds:.1f} s of {duration:.1f} s", "leave this log out"
+        if air.rows.all():  # no fault of the flight, but of the part that is used
+            what = f"only {duration:.2f} s are used, less than {SHORTEST_FLIGHT:g} s, all of it in the air"
+            remedy = "use more of it (--from, --to), or leave this log out"
         return [
             *contradicted,
             Finding(
                 "no_flight",
                 "reject",
-                f"the vehicle is in the air for {seconds:.1f} s of {duration:.1f} s (judged from {air.how})",
+                f"{what} (judged from {air.how})",
                 "there is no flight to compare a model with",
-                "leave this log out",
+                remedy,
                 values={"airborne_seconds": seconds, "duration": duration, "judged_from": air.how},
             ),
         ]

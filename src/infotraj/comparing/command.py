@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from infotraj.errors import InputError, UsageError, problem
+from infotraj.errors import UsageError, problem
 from infotraj.options import (
     PATH,
     Reading,
@@ -81,6 +81,7 @@ def compare_command(
     from infotraj.comparing.floor import AT_FLOOR
     from infotraj.comparing.outputs import try_outputs
     from infotraj.comparing.rollouts import parse_horizons
+    from infotraj.comparing.unscored import unscored
     from infotraj.models import load_model
 
     try_outputs(
@@ -111,10 +112,8 @@ def compare_command(
         )
         error = one.models[0].errors[0]
         if not error.scored.any() and len(error.reasons) < 6:
-            left = ", ".join(f"{v} {k}" for k, v in error.left_out.items() if v) or "too short for the filter's window"
-            raise InputError(
-                problem(f"{flight.meta['source']}: no row is scored ({left})", "a flight in the air", "Leave it out.")
-            )
+            what = f"{flight.meta['source']}: no row is scored"
+            raise unscored(what, error.reasons.values(), error.left_out, len(error.t), error.window)
         return one
 
     def compared(paths):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from infotraj.dynamics.inputs import command_columns
@@ -22,12 +24,21 @@ def is_derived(flight: Flight, columns: tuple[str, ...]) -> bool:
     return any(c in derived for c in columns)
 
 
+LACKS = {x: f"the vehicle file gives no {x}" for x in ("mass", "inertia")}
+
+
+def file_lacks(reasons: Iterable[str]) -> list[str]:
+    """Which of mass and inertia the vehicle file lacks, by reasons why something cannot be answered."""
+    said = list(reasons)
+    return [x for x, lacks in LACKS.items() if any(lacks in reason for reason in said)]
+
+
 def missing_channel(need: str, vehicle: Vehicle, flight: Flight) -> str | None:
     """None where the flight and the vehicle offer `need`, else the reason in words."""
     if need == "mass":
-        return "the vehicle file gives no mass" if vehicle.mass is None else None
+        return LACKS["mass"] if vehicle.mass is None else None
     if need == "inertia":
-        return "the vehicle file gives no inertia" if vehicle.inertia is None else None
+        return LACKS["inertia"] if vehicle.inertia is None else None
     if need == "tilts":
         return None if vehicle.tilts else "the vehicle has no tilts"
     if need in ("rotors", "radius", "rotor speed") and not vehicle.rotors:

@@ -8,7 +8,6 @@ from typing import Any
 
 import click
 
-from infotraj.errors import InputError, problem
 from infotraj.options import (
     NumberRange,
     Reading,
@@ -71,6 +70,7 @@ def locate_command(
     from infotraj.comparing import files
     from infotraj.comparing.equation_error import WINDOW, equation_error
     from infotraj.comparing.outputs import try_outputs
+    from infotraj.comparing.unscored import unscored
     from infotraj.locating import summary
     from infotraj.locating.healthy import beside
     from infotraj.locating.locating import locate
@@ -97,9 +97,8 @@ def locate_command(
     def use(flight):
         error = equation_error(loaded, flight, **how)
         if not error.scored.any():
-            left = ", ".join(f"{v} {k}" for k, v in error.left_out.items() if v)
-            why = "; ".join(dict.fromkeys(error.reasons.values())) or left or "too short for the filter's window"
-            raise InputError(problem(f"{flight.meta['source']}: no row to search ({why})", "rows", "Leave it out."))
+            what = f"{flight.meta['source']}: no row to search"
+            raise unscored(what, error.reasons.values(), error.left_out, len(error.t), error.window)
 
     admitted = partial(files.admitted, vehicle=loaded.vehicle, use=use, reading=reading)
     let_in = admitted(flights)

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from infotraj.comparing.unscored import unscored
 from infotraj.diagnosis.gates.level import unmeasured
 from infotraj.diagnosis.gates.premises import command_step
 from infotraj.diagnosis.linear.observation import Observation
 from infotraj.diagnosis.linear.sums import blocks
 from infotraj.diagnosis.measure.residual import FlightSamples, flight_samples
 from infotraj.diagnosis.noise.spectra import binned, spectra, transforms
-from infotraj.errors import InputError, problem
 from infotraj.flight import Flight
 from infotraj.models import Model
 
@@ -37,7 +37,5 @@ def _samples(model: Model, flight: Flight, start: float | None, stop: float | No
     s = flight_samples(model, flight, start, stop, clear)
     if any(c.name in ("force", "velocity", "rate") for c in s.channels):
         return s
-    left = ", ".join(f"{v} {k}" for k, v in s.left_out.items() if v)
-    why = "; ".join(f"{k}: {v}" for k, v in s.reasons.items())
-    found = f"{s.flight.meta.get('source', 'flight')}: nothing to compare ({left}; {why})"
-    raise InputError(problem(found, "a flight in the air with commands and measured motion", "Leave it out."))
+    what = f"{s.flight.meta.get('source', 'flight')}: nothing to compare"
+    raise unscored(what, [f"{k}: {v}" for k, v in s.reasons.items()], s.left_out, len(s.flight.t))
