@@ -241,6 +241,10 @@ def test_names_that_are_none_and_effects_that_cannot_be_tested_are_refused():
         separated(found, "linear_drag", "linear_drag")
     with pytest.raises(InputError, match="servo_lag cannot be tested"):
         separated(found, "linear_drag", "servo_lag")
+    with pytest.raises(UsageError, match=r"linear_drag:2: the effect has no places; expected linear_drag\."):
+        determined(found, "linear_drag:2")
+    with pytest.raises(UsageError, match=r"rotor_effectiveness has no place 7; expected rotor_effectiveness:0 or "):
+        determined(found, "rotor_effectiveness:7")
     assert len(open_questions(found)) <= 3
 
 
@@ -294,6 +298,7 @@ def test_what_strays_in_simulation_is_not_to_be_flown(monkeypatch):
     assert following(made, "ref.csv", "diagnose").startswith("do not fly it as it is")
     plain = replace(made, not_flown="", told=(Told("drag", 0.0, 0.5, 0.9),))
     assert following(plain, "ref.csv", "diagnose") == "fly ref.csv, then diagnose"
+    assert "0.4 m from the reference at most; leave that much room around the motion\n" in as_text(plain, "ref.csv")
     # What is told already, known to better than a hundredth, or not there at all is hardly worth a flight.
     for told, says in (
         ((), "nothing is open, and nothing was found"),

@@ -113,12 +113,19 @@ def _fitted(found: Diagnosis, labels: list[str] | tuple[str, ...]) -> Fit:
 
 
 def _label(found: Diagnosis, name: str) -> str:
-    """The candidate of that name: the one that was found, else the most probable of them."""
+    """The candidate of that name: the one that was found, else the most probable of them.
+
+    UsageError for a name that is none, and for a place that the effect has not.
+    """
     name, _, place = name.partition(":")
     every = [f.name for f in found.findings]
     if name not in every:
         raise UsageError(problem(f"no effect {name!r}", "a name of `infotraj effects`", "Correct it."))
     linear = found.whole.linear
+    there = list(dict.fromkeys(c.label.replace(" ", ":") for c in linear.choices if c.label.split()[0] == name))
+    if place and there and f"{name}:{place}" not in there:
+        what = f"{name}:{place}: the effect has no places" if there == [name] else f"{name} has no place {place}"
+        raise UsageError(problem(what, " or ".join(there), "Correct it."))
     own = [x for x in found.whole.labels if x.split()[0] == name and (not place or x.split()[1:] == [place])]
     if own:
         return own[0]

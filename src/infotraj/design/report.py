@@ -45,7 +45,8 @@ def as_text(made: Design, output: str) -> str:
         lines.append(f"hardly worth flying for this: {hardly_worth(made)}")
     if made.flown is not None and not made.not_flown:
         how = "simulated with the model as found, by a plain controller"
-        lines.append(f"{how}: {made.flown.away(r):.2g} m from the reference at most")
+        away = f"{made.flown.away(r):.2g} m"
+        lines.append(f"{how}: {away} from the reference at most; leave that much room around the motion")
     if made.not_flown:
         lines.append(f"warning: {made.not_flown}")
     return "\n".join(lines) + "\n"
