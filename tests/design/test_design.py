@@ -223,7 +223,8 @@ def test_fits_that_lose_by_settling_are_compared_in_one_linearisation(monkeypatc
 def test_a_flight_like_one_of_two_narrows_a_number_no_more_than_two_do():
     """The next flight's data scatter as the flown ones do, beyond the noise model."""
     found, _ = flown()
-    question = determined(found, "linear_drag")
+    question, label = determined(found, "linear_drag")
+    assert label == "linear_drag"
     assert question.spread == overdispersion(question.first.fit)[0]
     own = question.first.fit.linear.observation
     last = replace(own, samples=own.samples[-1:], transforms=own.transforms[-1:])
@@ -285,6 +286,24 @@ def test_a_weak_rotor_does_not_lose_the_reference():
     r = path(room(), drawn(room(), np.random.default_rng(0)))
     weak = Model(QUADROTOR, [effect_class("rotor_effectiveness")(rotor=3, factor=0.8)])
     assert simulated(weak, r, limits(QUADROTOR, [])).away(r) < 0.25
+
+
+@pytest.mark.long
+def test_the_rotor_that_was_found_is_the_one_whose_number_is_narrowed():
+    """Not the first of the name: numbers of the file beside it are of the other rotors."""
+    content = yaml.safe_load((VEHICLES / "quadrotor.yaml").read_text())
+    hidden = {"rotor_effectiveness": {"rotor": 3, "factor": 0.85}}
+    flights = [Flight(fly(content, hidden, seconds=8.0, seed=0, noise=NOISE), {"source": "0.parquet"})]
+    found = diagnose(Model(QUADROTOR), flights)
+    assert found.whole.labels == ("rotor_effectiveness 3",)
+    r = room_of(flights, (2.0, 2.0, 1.0), 8.0, 2.0, 0.4, Model(QUADROTOR))
+    made = [
+        design(found, flights, r, determine=name, candidates=3).told
+        for name in ("rotor_effectiveness", "rotor_effectiveness:3")
+    ]
+    assert made[0] == made[1]
+    assert [t.words for t in made[0]] == ["rotor_effectiveness 3"]
+    assert made[0][0].errors_after < made[0][0].errors_now
 
 
 def test_what_strays_in_simulation_is_not_to_be_flown(monkeypatch):

@@ -199,6 +199,6 @@ def test_a_number_is_known_to_a_share_of_what_it_does_not_of_what_it_is():
     )
     gram: Any = 0.01
     again: Any = 0.02
-    (told,) = _numbers(question, gram, again, None)
+    (told,) = _numbers(question, gram, again, ("thrust_scale",))
     assert told.shares_now == pytest.approx((0.25,))
     assert (told.errors_now, told.errors_again, told.errors_after) == ((0.05,), (0.02,), (0.01,))

@@ -114,7 +114,14 @@ def design(
         why = next(iter(found.refused.values()), "no effect can be tested on these flights")
         raise InputError(problem(f"nothing could be judged: {why}", "flights that can be", "Mend the log or the file."))
     asked = [separated(found, *separate)] if separate else [] if determine else open_questions(found)
-    questions = [a.question for a in asked] or [determined(found, determine) if determine else everything(found)]
+    labels: tuple[str, ...] = ()  # of the effects whose numbers are told
+    questions = [a.question for a in asked]
+    if determine:
+        one, label = determined(found, determine)
+        questions, labels = [one], (label,)
+    elif not asked:
+        whole, labels = everything(found)
+        questions = [whole]
     model = found.search.observation.model(list(questions[0].first.members))
     bound = limits(model.vehicle, list(flown))
     rng, draws = np.random.default_rng([seed, 0]), np.random.default_rng([seed, 1])
@@ -125,8 +132,7 @@ def design(
         q, g = questions[0], grams[0]
         if determine is None:
             return q.information(g)
-        label = _label_of(q, determine)
-        now, after, _ = q.errors_after(g, label)
+        now, after, _ = q.errors_after(g, labels[0])
         return -float(np.mean(np.log(np.maximum(after, 1e-300) / np.maximum(now, 1e-300))))
 
     def grams_of(flight: Flight) -> list[Gram]:
@@ -153,7 +159,7 @@ def design(
             for a, q, g, b in zip(asked, questions, grams, again, strict=True)
         )
     else:
-        told = tuple(_numbers(questions[0], grams[0], again[0], determine))
+        told = tuple(_numbers(questions[0], grams[0], again[0], labels))
     return Design(chosen.reference, told, _rotor_inputs(chosen.flight), bound, room, sim, why, candidates)
 
 
@@ -243,16 +249,9 @@ def _now(a: Asked) -> float:
     return float(abs(a.question.odds) >= AS_PROBABLE)
 
 
-def _label_of(question: Question, name: str) -> str:
-    labels = [label for label, _ in question.first.keys]
-    plain = name.replace(":", " ")
-    return next(x for x in labels if x == plain or x.split()[0] == plain)
-
-
-def _numbers(question: Question, gram: Gram, again: Gram, determine: str | None) -> list[Told]:
-    chosen = [x for x in question.first.fit.labels if determine is None or x == _label_of(question, determine)]
+def _numbers(question: Question, gram: Gram, again: Gram, labels: Sequence[str]) -> list[Told]:
     out = []
-    for label in chosen:
+    for label in labels:
         now, after, at = question.errors_after(gram, label)
         _, repeated, _ = question.errors_after(again, label)
         linear = question.first.fit.linear

@@ -46,11 +46,11 @@ def separated(found: Diagnosis, first: str, second: str) -> Asked:
     return _asked(fits[0], fits[1], *labels, said=said[0] != said[1], straight=straight)
 
 
-def determined(found: Diagnosis, name: str) -> Question:
-    """One effect's numbers, beside all that is named."""
+def determined(found: Diagnosis, name: str) -> tuple[Question, str]:
+    """One effect's numbers, beside all that is named, and its label: the file may hold other rotors' of that name."""
     label = _label(found, name)
     labels = found.whole.labels
-    return _alone(_fitted(found, labels if label in labels else [*labels, label]))
+    return _alone(_fitted(found, labels if label in labels else [*labels, label])), label
 
 
 def open_questions(found: Diagnosis) -> list[Asked]:
@@ -69,9 +69,9 @@ def open_questions(found: Diagnosis) -> list[Asked]:
     return asked[:_MOST]
 
 
-def everything(found: Diagnosis) -> Question:
-    """All numbers of what was found and of the file, no question being open."""
-    return _alone(found.whole)
+def everything(found: Diagnosis) -> tuple[Question, tuple[str, ...]]:
+    """All numbers of what was found and of the file, no question being open, and the labels of what was found."""
+    return _alone(found.whole), found.whole.labels
 
 
 def _alone(fit: Fit) -> Question:
