@@ -15,12 +15,12 @@ from exact_simulation import fly
 from scipy.stats import multivariate_normal
 
 from infotraj.cli import cli
-from infotraj.design.design import Told, design, room_of
+from infotraj.design.design import Design, Told, design, room_of
 from infotraj.design.expected import Limits, expected, limits
 from infotraj.design.inputs import commands, own_inputs, stand_in
 from infotraj.design.paths import Room, calmer, drawn, path, varied
 from infotraj.design.questions import determined, open_questions, separated
-from infotraj.design.report import as_text, following
+from infotraj.design.report import as_dict, as_text, following
 from infotraj.design.simulation import Simulated, _step, simulated
 from infotraj.design.worth import Belief, Gram, Question
 from infotraj.diagnosis.diagnosis import diagnose
@@ -323,16 +323,42 @@ def test_what_strays_in_simulation_is_not_to_be_flown(monkeypatch):
         ((), "nothing is open, and nothing was found"),
         ((Told("drag", 1.0, 1.0, 1.0),), "what is asked is told already"),
         ((_narrowed(0.009),), "what was found is known to better than 1 %"),
+        # Nothing is told; the last flight again tells more, or as much.
+        ((Told("drag", 0.0, 0.005, 0.004),), "it tells almost nothing of what is asked; a larger --box"),
+        ((_narrowed(0.3, 0.3, 0.299),), "it tells almost nothing of what is asked; a larger --box"),
+        (
+            (_narrowed(0.3, 0.2, 0.299),),
+            "it tells almost nothing of what is asked; flying the last one again tells more",
+        ),
+        ((Told("drag", 0.0, 0.81, 0.68),), "it tells at most 5 % more than another flight like the last one"),
+        ((_narrowed(0.3, 0.2, 0.199),), "it tells at most 5 % more than another flight like the last one"),
+        ((Told("a", 1.0, 1.0, 1.0), Told("b", 0.0, 0.5, 0.5)), "it tells at most 5 % more"),
     ):
         idle = replace(plain, told=told)
         assert f"hardly worth flying for this: {says}" in as_text(idle, "ref.csv")
         assert following(idle, "ref.csv", "diagnose").startswith("if you fly it all the same, fly ref.csv")
-    for told in (plain.told, (_narrowed(0.02),), (_narrowed(0.001), _narrowed(0.02))):
+    better = Told("a", 0.0, 0.8, 0.9), Told("b", 0.0, 0.8, 0.7)
+    for told in (plain.told, (_narrowed(0.02),), (_narrowed(0.001), _narrowed(0.02)), better):
         assert "hardly worth" not in as_text(replace(plain, told=told), "ref.csv")
 
 
-def _narrowed(share):
-    return Told("x", None, None, None, ("x.k",), (share,), (share,), (share / 2,), (share,))
+def _narrowed(now, again=None, after=None):
+    return Told("x", None, None, None, ("x.k",), (now,), (again or now,), (after or now / 2,), (now,))
+
+
+def test_a_box_smaller_than_what_is_strayed_from_it_says_what_the_room_must_leave():
+    r = path(room(), drawn(room(), np.random.default_rng(0)))
+    away = Simulated(np.add(r.position, [0.0, 0.1, 0.0]), np.zeros((len(r.t), 4)), 0.0)
+    bound = Limits(np.zeros(0), np.zeros(0))
+    for least, said in ((0.19, True), (0.21, False)):
+        told = (Told("drag", 0.0, 0.5, 0.9),)
+        made = Design(r, told, np.zeros((0, 0)), bound, room(size=(2.0, 1.0, least)), away, "", 3)
+        warning = "warning: in simulation it strays by 0.1 m, more than half of the box's smallest side of 0.19 m"
+        assert (warning in as_text(made, "ref.csv")) == said
+        assert following(made, "ref.csv", "diagnose").startswith("fly ref.csv")
+        numbers = as_dict(made, "ref.csv", Path("model.yaml"), [])
+        assert (numbers["warning"] is not None) == said
+        assert numbers["fly"]
 
 
 @pytest.mark.long

@@ -9,22 +9,10 @@ from typing import Any
 import numpy as np
 
 from infotraj.design.design import Design, Told
+from infotraj.design.hardly import beside_the_box, hardly_worth
 from infotraj.flight import sha256
 
 _DRAWN = 400  # rows of the reference that a picture needs
-
-_KNOWN = 0.01  # of an effect: no number of a vehicle file is asked for better (docs/vehicle.md: mass to 1 %)
-
-
-def hardly_worth(made: Design) -> str:
-    """Why the flight would tell little that is not known; empty where it tells something."""
-    if not made.told:
-        return "nothing is open, and nothing was found beyond the model: the flight narrows the file's own numbers"
-    if all(t.now for t in made.told):
-        return "what is asked is told already"
-    if all(t.shares_now and max(t.shares_now) < _KNOWN for t in made.told):
-        return f"what was found is known to better than {100 * _KNOWN:g} % of itself"
-    return ""
 
 
 def as_text(made: Design, output: str) -> str:
@@ -47,8 +35,8 @@ def as_text(made: Design, output: str) -> str:
         how = "simulated with the model as found, by a plain controller"
         away = f"{made.flown.away(r):.2g} m"
         lines.append(f"{how}: {away} from the reference at most; leave that much room around the motion")
-    if made.not_flown:
-        lines.append(f"warning: {made.not_flown}")
+    if _warned(made):
+        lines.append(f"warning: {_warned(made)}")
     return "\n".join(lines) + "\n"
 
 
@@ -62,6 +50,10 @@ def following(made: Design, output: str, diagnose: str) -> str:
 def _went_wrong(made: Design) -> bool:
     """In simulation; a vehicle that nobody can simulate may be flown."""
     return bool(made.not_flown) and made.flown is not None
+
+
+def _warned(made: Design) -> str:
+    return made.not_flown or beside_the_box(made)
 
 
 def _told(t: Told) -> list[str]:
@@ -120,7 +112,7 @@ def as_dict(made: Design, output: str, model: Path, flown: Sequence[Path]) -> di
         "simulated": None
         if made.flown is None
         else {"from_reference": _finite(made.flown.away(r)), "at_limit": made.flown.at_limit},
-        "warning": made.not_flown or None,
+        "warning": _warned(made) or None,
         "hardly_worth": hardly_worth(made) or None,
         "fly": not _went_wrong(made),
         "tried": made.tried,
