@@ -40,9 +40,12 @@ def test_how_it_hovers_is_said_in_both_units():
         (lambda i, r: {"thrust_coefficient": 100 * r["thrust_coefficient"]}, "thrust_coefficient"),
         (lambda i, r: {"thrust_coefficient": r["thrust_coefficient"] / 91}, "mass or thrust_coefficient?"),
         (lambda i, r: {"position": CONTENT["rotors"][0]["position"]} if i == 1 else {}, "stand in one place"),
+        (lambda i, r: {"max_speed": 300.0}, "it cannot hover: at max_speed its rotors lift"),
+        (lambda i, r: {"moment_constant": 5.0} if i == 1 else {}, "moment_constant 5 m: 0.01 to 1 diameters are usual"),
+        (lambda i, r: {"time_constant": 30.0} if i == 1 else {}, "time_constant 30 s: at most 1 s is usual"),
         (lambda i, r: {"spin": 1}, "4 rotors turn counter-clockwise and 0 clockwise"),
     ],
-    ids=["unit of the coefficient", "rpm for rad/s", "two hubs in one place", "spins"],
+    ids=["unit of the coefficient", "rpm for rad/s", "two hubs in one place", "max speed", "torque", "lag", "spins"],
 )
 def test_what_no_vehicle_can_be_is_doubted(change, says):
     assert any(says in sentence for sentence in doubts(with_rotors(change)))

@@ -132,6 +132,17 @@ def test_the_command_writes_checks_and_never_overwrites(tmp_path):
     assert out.read_text() == before
 
 
+def test_numbers_that_agree_are_taken_together_and_every_guess_counts(tmp_path):
+    """1e-5 N s^2/rad^2 lifts 0.8 kg at 443 rad/s. Of a throttle its square is guessed, too."""
+    out = tmp_path / "mine.yaml"
+    done = new("-o", out, *SMALL, "--hover", "450", "--thrust-coefficient", "1e-5", "--max-speed", "451")
+    assert done.exit_code == 0, done.output
+    assert load_vehicle(out).rotors[0].thrust_coefficient == 1e-5
+    assert "3 numbers are guessed" in done.stderr
+    done = new("-o", tmp_path / "guessed.yaml", *SMALL, "--input", "throttle", "--hover", "0.4")
+    assert "4 numbers are guessed" in done.stderr
+
+
 def test_a_speed_may_be_given_in_rpm(tmp_path):
     """5600 rpm are 586.43 rad/s: one file."""
     texts = []
@@ -176,6 +187,24 @@ def test_lengths_may_be_given_in_the_units_they_are_sold_in(tmp_path):
         ([*SMALL, "--propeller", "5"], "4 propellers carry 0.09992 N a m^2"),
         ([*SMALL, "--arm", "160"], "an arm is 1260 propellers long; expected 0.25 to 12"),
         ([*SMALL, "--input", "thrust", "--hover", "40"], "--hover with --input thrust"),
+        (
+            [*SMALL, "--hover", "5000rpm", "--thrust-coefficient", "1e-5"],
+            "expected 442.9 rad/s, at which that lifts 0.8 kg",
+        ),
+        ([*SMALL, "--hover", "1144", "--max-speed", "1100"], "it cannot hover; expected more than the 1144 rad/s"),
+        (
+            [*SMALL, "--thrust-coefficient", "1e-5", "--max-speed", "440"],
+            "the 442.9 rad/s in hover (--thrust-coefficient)",
+        ),
+        ([*SMALL, "--max-speed", "500"], "rad/s in hover (the thrust guessed). Correct it, or give --hover."),
+        ([*SMALL, "--input", "throttle", "--hover", "0.4rpm"], "rad/s; expected a throttle of 0..1"),
+        ([*SMALL, "--input", "throttle", "--hover", "0.4", "--max-speed", "900"], "--max-speed with --input throttle"),
+        ([*SMALL, "--input", "thrust", "--max-speed", "900"], "--max-speed with --input thrust"),
+        (
+            [*SMALL, "--moment-constant", "5"],
+            "--moment-constant 5 with a propeller of 0.127 m; expected m, 0.00127 to 0.127",
+        ),
+        ([*SMALL, "--time-constant", "30"], "--time-constant 30; expected s, 0.001 to 1. If it is in ms, give 0.03."),
         ([*SMALL, "--inertia", "0.1", "0.1"], "--inertia with 2 numbers"),
         (["--layout", "hexa_x", "--order", "betaflight", *SMALL[4:]], "the order of betaflight for hexa_x"),
     ],

@@ -23,6 +23,16 @@ _NEEDED = {
     "mass": "Mass with its battery, kg",
     "propeller": "Diameter of a propeller, m",
 }
+# Options of speeds that say nothing of another input.
+_NOT_WITH = {
+    "speed": (),
+    "throttle": ("thrust_coefficient", "max_speed"),
+    "thrust": ("thrust_coefficient", "hover", "max_speed"),
+}
+
+
+class _InUnit(float):
+    """A number that was given in a unit."""
 
 
 class _Measured(click.ParamType):
@@ -42,7 +52,7 @@ class _Measured(click.ParamType):
             self.fail(
                 f"{value!r} is no positive number, alone or with {' or '.join(self.units)}, such as {self.example}"
             )
-        return number * self.units.get(unit, 1.0)
+        return _InUnit(number * self.units[unit]) if unit else number
 
 
 _SPEED = _Measured("speed", {"rad/s": 1.0, "rpm": math.pi / 30}, "586 or 5600rpm")
@@ -83,7 +93,7 @@ def new_command(output: Path, kind: str | None, flight: Path | None, quiet: bool
 
     On a terminal it asks for what is missing. A file that is there is never overwritten.
     """
-    from infotraj.describing.writing import Asked, vehicle_text
+    from infotraj.describing.writing import Asked, guessed_numbers, vehicle_text
     from infotraj.importing.saving import write_text
 
     if output.suffix not in (".yaml", ".yml"):
@@ -98,7 +108,7 @@ def new_command(output: Path, kind: str | None, flight: Path | None, quiet: bool
     write_text(output, text)
     click.echo(text, nl=False)
     if not quiet:
-        click.echo(f"{output}: {text.count(' guessed:') + text.count(' guessed from')} numbers are guessed", err=True)
+        click.echo(f"{output}: {guessed_numbers(text)} numbers are guessed", err=True)
     if flight is not None:
         _held_against(output, flight, ())
     else:
@@ -132,7 +142,7 @@ def check_command(file: Path, flight: Path | None, accept: tuple[str, ...], quie
 
 def _completed(known: dict[str, Any], kind: str) -> str:
     """Fills in what is missing by asking, on a terminal. UsageError, naming all of it, elsewhere."""
-    from infotraj.describing.plausible import require_sizes, require_speed
+    from infotraj.describing.plausible import require_agreement, require_sizes, require_speed, require_stand
 
     missing = [name for name in _NEEDED if known[name] is None]
     if kind == "throttle" and known["hover"] is None:
@@ -148,16 +158,21 @@ def _completed(known: dict[str, Any], kind: str) -> str:
         known[name] = click.prompt(
             _NEEDED.get(name, "Throttle in hover, 0..1"), type=choices, show_choices=False, err=True
         )
-    if kind == "throttle" and known["hover"] > 1:
-        raise UsageError(problem(f"--hover {known['hover']:g}", "a throttle of 0..1", "Correct it, or --input."))
+    if kind == "throttle" and (known["hover"] > 1 or isinstance(known["hover"], _InUnit)):
+        given = f"{known['hover']:g}" + (" rad/s" if isinstance(known["hover"], _InUnit) else "")
+        raise UsageError(problem(f"--hover {given}", "a throttle of 0..1", "Correct it, or --input."))
     rotors = len(places(known["layout"], known["order"]))
     require_sizes(known["arm"], known["mass"], known["propeller"], rotors)
     if kind == "speed" and known["hover"] is not None:
         require_speed(known["hover"], known["propeller"])
-    for name in ("thrust_coefficient", "hover") if kind == "thrust" else ("thrust_coefficient",) * (kind != "speed"):
+    for name in _NOT_WITH[kind]:
         if known[name] is not None:
             option = f"--{name.replace('_', '-')}"
             raise UsageError(problem(f"{option} with --input {kind}", "one of them", f"Leave {option} out."))
+    require_stand(known["moment_constant"], known["time_constant"], known["propeller"])
+    if kind == "speed":
+        speeds = (known[name] for name in ("thrust_coefficient", "hover", "max_speed"))
+        require_agreement(known["mass"], rotors, known["propeller"], *speeds)
     return kind
 
 

@@ -92,6 +92,11 @@ def vehicle_text(asked: Asked) -> str:
     return text
 
 
+def guessed_numbers(text: str) -> int:
+    """How many numbers the file of `vehicle_text` says are guessed."""
+    return sum("guessed" in line.partition("#")[2] for line in text.splitlines())
+
+
 def _thrust(asked: Asked, rotors: int) -> tuple[str, Guess | None]:
     """The key of the thrust that the input needs, and its value; None where the log itself holds thrusts."""
     if asked.input == "thrust":
