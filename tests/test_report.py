@@ -274,6 +274,31 @@ def test_a_design_that_is_none_is_one_line_and_no_page(text, quad_report, tmp_pa
     assert not (tmp_path / "page.html").exists()
 
 
+@pytest.mark.parametrize("again", [True, False])
+def test_a_design_for_another_model_is_refused_before_anything_is_computed(again, content, quad_report, tmp_path):
+    circle = [[0.0, 0.0, 1.0], [1.0, 0.0, 1.0]]
+    drawn = {"t": [0.0, 1.0], "position": circle, "speed": [0.0, 0.0], "rate": [0.0, 0.0], "simulated": None}
+    made = {
+        "reference": "next.csv", "model": {"path": "other.yaml", "sha256": "0"}, "flown": [], "seconds": 1.0,
+        "greatest": {"speed": 0.0, "rate": 0.0}, "told": [], "simulated": None, "warning": None,
+        "hardly_worth": None, "fly": True, "tried": 3, "drawn": drawn,
+    }  # fmt: skip
+    design, page = tmp_path / "design.json", tmp_path / "page.html"
+    quad = Path(__file__).parents[1] / "examples/quad"
+    flights = [quad / "vehicle.yaml", quad / "flight_0.parquet"]
+    given = ["--from-json", quad_report / "report.json"] if again else flights
+    design.write_text(json.dumps(made))
+    done = command(*given, "--design", design, "-o", page)
+    assert done.returncode == 3
+    assert "designed for other.yaml, and the page is about " in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert not page.exists()
+    if again:
+        made["model"]["sha256"] = content["provenance"]["model_sha256"]
+        design.write_text(json.dumps(made))
+        assert command(*given, "--design", design, "-o", page).returncode == 0
+
+
 @pytest.mark.parametrize(
     "words",
     [

@@ -219,7 +219,8 @@ def made_design(flights):
     told = {"question": "linear_drag from rotor_drag", "decided": {"now": 0.0, "again": 0.12, "after": 0.95}}
     numbers = [{"name": "mass.dm, kg", "standard_error": {"now": 0.02, "again": 0.015, "after": 0.0041}}]
     return {
-        "reference": "next.csv", "flown": [{"path": f["path"], "sha256": f["sha256"]} for f in flights],
+        "reference": "next.csv", "model": {"path": "vehicle.yaml", "sha256": "0"},
+        "flown": [{"path": f["path"], "sha256": f["sha256"]} for f in flights],
         "seconds": 10.0, "greatest": {"speed": 1.0, "rate": 2.0},
         "told": [{**told, "numbers": []}, {"question": "mass", "decided": None, "numbers": numbers}],
         "simulated": {"from_reference": 0.31}, "tried": 60, "fly": False,

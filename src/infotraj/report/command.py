@@ -85,6 +85,11 @@ def report_command(
         _write(_with_design(read_content(from_json), following), output, quiet)
         return
     assert model is not None
+    if following is not None:
+        from infotraj.digest import sha256
+        from infotraj.report.designed import require_made_for
+
+        require_made_for(following, str(model), sha256(model) if model.is_file() else None)
     from infotraj.comparing import files
     from infotraj.diagnosis.report.asking import ask
     from infotraj.diagnosis.report.following import lines
@@ -122,9 +127,13 @@ def report_command(
 
 def _with_design(content: dict[str, Any], design: dict[str, Any] | None) -> dict[str, Any]:
     """The content with the next flight, where there is one."""
-    from infotraj.report.designed import beside
+    from infotraj.report.designed import beside, require_made_for
 
-    return content if design is None else content | {"design": beside(design, content["flights"])}
+    if design is None:
+        return content
+    page = content["provenance"]
+    require_made_for(design, page["model"], page["model_sha256"])
+    return content | {"design": beside(design, content["flights"])}
 
 
 def _require_one(

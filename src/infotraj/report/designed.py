@@ -56,6 +56,7 @@ class _Designed(BaseModel):
     """What of a design's JSON the page shows; docs/design.md says what it means."""
 
     reference: str
+    model: _File
     flown: list[_File]
     seconds: FiniteFloat
     greatest: _Greatest
@@ -83,6 +84,16 @@ def read_design(path: Path) -> dict[str, Any]:
     if {len(d.position), len(d.speed), len(d.rate), len(d.simulated or d.t)} != {len(d.t)}:
         raise InputError(problem(f"{path}: drawn: columns of several lengths", expected, "Write it again."))
     return {**read.model_dump(), "path": str(path), "sha256": sha256(path)}
+
+
+def require_made_for(design: dict[str, Any], model: str, content: str | None) -> None:
+    """InputError where the design is for another model than the page's, of which `content` is the hash; None: none."""
+    own = design["model"]
+    if None in (own["sha256"], content) or own["sha256"] == content:
+        return
+    found = f"{design['path']}: designed for {own['path']}, and the page is about {model}, which is another file"
+    remedy = "Design again for the page's model, or leave --design out."
+    raise InputError(problem(found, "a design and a page of one model", remedy))
 
 
 def beside(design: dict[str, Any], flights: list[dict[str, Any]]) -> dict[str, Any]:
