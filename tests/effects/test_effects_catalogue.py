@@ -13,6 +13,7 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
+from infotraj.diagnosis.linear.candidates import candidates
 from infotraj.effects import Effect, Parameter, catalogue, effect_class, registry
 from infotraj.effects.along import Actuation, Along, Motion
 from infotraj.effects.command import effects_command
@@ -238,6 +239,50 @@ def test_a_broken_file_is_refused_in_one_line(tmp_path, content, word):
     with pytest.raises(InputError, match=word) as caught:
         catalogue([path])
     assert "\n" not in str(caught.value)
+
+
+_WRENCH = "np.outer(-self.k * side * abs(side), [0, 0, 0, 0, 0, 1.0])"
+_FACTOR = OWN.replace("def wrench", "def thrust_factor")
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        (OWN.replace(_WRENCH, "np.zeros((along.count, 5))"),
+         r"wrench returns an array \(\d+, 5\); expected an array \(N, 6\)"),
+        (OWN.replace(_WRENCH, "None"), r"wrench returns nothing; expected an array \(N, 6\)"),
+        (OWN.replace("along.velocity[", "along.velocities["), r"wrench, line \d+: AttributeError: .*velocities"),
+        (OWN.replace("self.k *", "np.nan *"), r"wrench returns numbers of which 100 % are not finite"),
+        (_FACTOR.replace(_WRENCH, "1.0 + self.k * side"),
+         r"thrust_factor returns an array \(\d+,\); expected a number"),
+        (OWN.replace("def wrench(self, along)", "def body(self, law)").replace("along.velocity", "np.zeros((9, 3))"),
+         r"body returns ndarray; expected BodyLaw"),
+        (OWN.replace("def wrench", "def rotor_momentum"), r"rotor_momentum returns ndarray; expected two arrays"),
+        (OWN + "    @classmethod\n    def hidden(cls, vehicle, flight):\n        return 1 / 0\n",
+         "hidden, line .*ZeroDivision"),
+    ],
+)  # fmt: skip
+def test_an_effect_that_fails_is_named_with_its_file_and_its_hook(tmp_path, content, says):
+    path = tmp_path / "mine.py"
+    path.write_text(content)
+    vehicle = load_vehicle(VEHICLES / "quadrotor.yaml")
+    own = {"tail_fin": catalogue([path])["tail_fin"]}
+    with pytest.raises(InputError, match=says) as caught:
+        candidates(own, vehicle, [flight()])
+    assert str(caught.value).startswith(f"{path}: tail_fin: ")
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "content", [OWN, *(_FACTOR.replace(_WRENCH, x) for x in ("1.1", "np.ones(4)", "np.ones((along.count, 1))"))]
+)
+def test_an_effect_that_is_right_is_a_candidate(tmp_path, content):
+    path = tmp_path / "mine.py"
+    path.write_text(content)
+    own = {"tail_fin": catalogue([path])["tail_fin"]}
+    known, hidden = candidates(own, load_vehicle(VEHICLES / "quadrotor.yaml"), [flight()])
+    assert [c.label for c in known] == ["tail_fin"]
+    assert hidden == {}
 
 
 def test_the_command_lists_and_shows(own_file, tmp_path):

@@ -12,6 +12,7 @@ import numpy as np
 from infotraj.effects.base import Effect, Parameter
 from infotraj.errors import InputError
 from infotraj.flight import Flight
+from infotraj.models.own_effects import is_own, named, require_usable
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
@@ -178,31 +179,42 @@ def variants(candidate: Candidate, vehicle: Vehicle) -> list[Variant]:
 def candidates(
     known: Mapping[str, type[Effect]], vehicle: Vehicle, flights: Sequence[Flight]
 ) -> tuple[list[Candidate], dict[str, str]]:
-    """The candidates that at least one flight can show, and for the other effects the reason why none can."""
+    """The candidates that at least one flight can show, and for the other effects the reason why none can.
+
+    InputError where an effect of the user's own fails.
+    """
     found: list[Candidate] = []
     hidden: dict[str, str] = {}
     for name, cls in known.items():
-        try:
-            reasons = [cls.cannot_show(vehicle, flight) for flight in flights]
-        except InputError as error:
-            hidden[name] = str(error)
-            continue
-        if all(reasons):
-            hidden[name] = str(reasons[0])
-            continue
-        form = cls.form(vehicle, flights[0])
-        if any(tuple(p.name for p in cls.form(vehicle, f)) != tuple(p.name for p in form) for f in flights):
-            hidden[name] = "the flights do not record the same channels for it"
-            continue
-        trial = Candidate(cls, form, _indices(cls, 0))
-        start = trial.at(cls.starts(vehicle, form)[0])
-        lacking = [r for r in (start.missing(vehicle, f) for f in flights) if r is not None]
-        if lacking:
-            hidden[name] = lacking[0]
-            continue
-        count = len(vehicle.rotors) if trial.fixed else 1
-        found += [Candidate(cls, form, _indices(cls, i)) for i in range(count)]
+        with named(cls):
+            shown = _shown(cls, vehicle, flights)
+        if isinstance(shown, str):
+            hidden[name] = shown
+        else:
+            found += shown
     return found, hidden
+
+
+def _shown(cls: type[Effect], vehicle: Vehicle, flights: Sequence[Flight]) -> list[Candidate] | str:
+    """An effect's candidates, one for each rotor where it is of one, or why no flight can show it."""
+    try:
+        reasons = [cls.cannot_show(vehicle, flight) for flight in flights]
+    except InputError as error:
+        return str(error)
+    if all(reasons):
+        return str(reasons[0])
+    form = cls.form(vehicle, flights[0])
+    if any(tuple(p.name for p in cls.form(vehicle, f)) != tuple(p.name for p in form) for f in flights):
+        return "the flights do not record the same channels for it"
+    trial = Candidate(cls, form, _indices(cls, 0))
+    start = trial.at(cls.starts(vehicle, form)[0])
+    lacking = [r for r in (start.missing(vehicle, f) for f in flights) if r is not None]
+    if lacking:
+        return lacking[0]
+    if is_own(cls):
+        require_usable(start, vehicle, flights[0])
+    count = len(vehicle.rotors) if trial.fixed else 1
+    return [Candidate(cls, form, _indices(cls, i)) for i in range(count)]
 
 
 def _indices(cls: type[Effect], value: int) -> tuple[tuple[str, int], ...]:
