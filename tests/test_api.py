@@ -6,16 +6,18 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 from click.testing import CliRunner
 
 import infotraj
 from infotraj.api import Diagnosed
 from infotraj.comparing.command import compare_command
-from infotraj.errors import InputError
+from infotraj.errors import InputError, UsageError
 from infotraj.flight import Flight
 
 QUAD = Path(__file__).parents[1] / "examples" / "quad"
+VEHICLE = QUAD / "vehicle.yaml"
 FLIGHT = QUAD / "healthy" / "flight_0.parquet"
 
 
@@ -62,8 +64,49 @@ def test_what_check_rejects_is_an_error_here_too():
         infotraj.diagnose(QUAD / "vehicle.yaml", Flight(table, dict(flight.meta)))
 
 
-@pytest.mark.parametrize(("flights", "said"), [([], "no flight"), ([3], "type int")])
+@pytest.mark.parametrize(
+    ("flights", "said"),
+    [
+        ([], "no flight"),
+        ([3], "type int"),
+        (3, "a flight of type int"),
+        (None, "a flight of type NoneType"),
+        ({"t": 1}, "a flight of type dict"),
+        (pd.DataFrame({"t": [0.0, 1.0]}), r"type DataFrame; .* `infotraj.flight.Flight\(table\)` makes one"),
+    ],
+)
 def test_what_is_no_flight_is_one_line(flights, said):
     with pytest.raises(InputError, match=said) as error:
         infotraj.compare(QUAD / "vehicle.yaml", flights)
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: infotraj.compare(None, FLIGHT), "a model of type NoneType; expected a path or a Model"),
+        (lambda: infotraj.compare(VEHICLE, FLIGHT, against={}), "a model of type dict"),
+        (lambda: infotraj.compare(VEHICLE, FLIGHT, start="5"), "start='5'; expected a time in s"),
+        (lambda: infotraj.compare(VEHICLE, FLIGHT, stop=float("nan")), "stop=nan; expected a time in s"),
+        (lambda: infotraj.compare(VEHICLE, FLIGHT, start=5, stop=3), "stop=3 is not after start=5"),
+        (lambda: infotraj.compare(VEHICLE, FLIGHT, accept=3), "accept of type int"),
+        (lambda: infotraj.compare(VEHICLE, FLIGHT, accept=[3]), "accept=.3.; expected codes"),
+        (lambda: infotraj.locate(VEHICLE, FLIGHT, seed="a"), "seed='a'; expected a whole number"),
+        (lambda: infotraj.diagnose(VEHICLE, FLIGHT, seed=-1), "seed=-1; expected a whole number"),
+        (lambda: infotraj.diagnose(VEHICLE, FLIGHT, effects_from=3), "effects_from of type int"),
+        (lambda: infotraj.load_model(None), "a model of type NoneType; expected a path"),
+        (lambda: infotraj.read_flight(pd.DataFrame()), "a flight of type DataFrame; expected a path"),
+        (lambda: infotraj.import_log(3), "a log of type int; expected a path"),
+        (lambda: infotraj.import_log("log.ulg", start=5, stop=3), "stop=3 is not after start=5"),
+        (lambda: infotraj.save_model(VEHICLE, "new.yaml"), "a model of type PosixPath; expected a Model"),
+    ],
+)
+def test_an_argument_of_another_kind_is_one_line(call, said):
+    with pytest.raises(UsageError, match=said) as error:
+        call()
+    assert "\n" not in str(error.value)
+
+
+def test_one_file_of_effects_may_be_given_alone(tmp_path):
+    with pytest.raises(InputError, match=r"none\.py: no such file or folder"):
+        infotraj.diagnose(VEHICLE, FLIGHT, effects_from=str(tmp_path / "none.py"))

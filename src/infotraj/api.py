@@ -15,13 +15,14 @@ import numpy as np
 import pandas as pd
 
 from infotraj import comparing
+from infotraj.arguments import as_several, require_part, require_seed
 from infotraj.checking.acceptance import accepting
 from infotraj.checking.admission import admitted, checked
 from infotraj.checking.codes import known
 from infotraj.comparing.comparison import Comparison
 from infotraj.diagnosis import diagnosis
 from infotraj.diagnosis.diagnosis import Diagnosis
-from infotraj.errors import InputError, problem
+from infotraj.errors import InputError, UsageError, problem
 from infotraj.flight import Flight, read_flight
 from infotraj.importing import import_log
 from infotraj.locating import locating
@@ -176,6 +177,7 @@ def locate(
 
     The rest, and errors: as in `compare`.
     """
+    require_seed(seed)
     loaded = _model(model)
     used = _admitted(flights, loaded, accept, start, stop)
     usual = _admitted(reference, loaded, accept, start, stop, needed=False)
@@ -199,6 +201,7 @@ def diagnose(
     reference: healthy flights of the same vehicle; what is asked then is what changed since them. effects_from: files
     or folders with effects of your own. seed: of the resamples. The rest, and errors: as in `compare`.
     """
+    require_seed(seed)
     loaded = _model(model, effects_from)
     used = _admitted(flights, loaded, accept, start, stop)
     usual = _admitted(reference, loaded, accept, start, stop, needed=False)
@@ -209,7 +212,12 @@ def diagnose(
 
 
 def _model(model: AnyModel, effects_from: Iterable[str | Path] = ()) -> Model:
-    return model if isinstance(model, Model) else load_model(model, effects_from)
+    if isinstance(model, Model):
+        return model
+    if not isinstance(model, str | Path):
+        found = f"a model of type {type(model).__name__}"
+        raise UsageError(problem(found, "a path or a Model", "`infotraj.load_model` reads one."))
+    return load_model(model, effects_from)
 
 
 def _admitted(
@@ -221,12 +229,19 @@ def _admitted(
     needed: bool = True,
 ) -> list[Flight]:
     """The flights as they may be used. InputError for the first that may not, and where one is needed for none."""
-    given = [flights] if isinstance(flights, Flight | str | Path) else list(flights)
+    require_part(start, stop)
+    alone = isinstance(flights, Flight | pd.DataFrame | dict) or not isinstance(flights, Iterable)
+    given = [flights] if alone else as_several("flights", flights, "paths or Flights")
     if needed and not given:
         raise InputError(problem("no flight", "one or several", "Does the pattern find files?"))
     for one in given:
         if not isinstance(one, Flight | str | Path):
-            raise InputError(problem(f"a flight of type {type(one).__name__}", "a path or a Flight", "Read it first."))
-    overruled = known([accept] if isinstance(accept, str) else accept)
+            table = "`infotraj.flight.Flight(table)` makes one of a table."
+            remedy = table if isinstance(one, pd.DataFrame) else "Read it first."
+            raise InputError(problem(f"a flight of type {type(one).__name__}", "a path or a Flight", remedy))
+    codes = as_several("accept", accept, "codes of findings")
+    if not all(isinstance(code, str) for code in codes):
+        raise UsageError(problem(f"accept={accept!r}", "codes of findings", "Give their names."))
+    overruled = known(codes)
     read = [accepting(x if isinstance(x, Flight) else read_flight(x), overruled) for x in given]
     return [admitted(f, c) for f, c in zip(read, checked(read, model.vehicle, start, stop), strict=True)]

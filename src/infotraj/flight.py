@@ -16,6 +16,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import yaml
 
+from infotraj.arguments import as_path
 from infotraj.digest import sha256 as sha256
 from infotraj.errors import InputError, problem
 from infotraj.options import MOST_STEPS
@@ -132,7 +133,7 @@ def command_steps(flight: Flight) -> int:
 
 def read_flight(path: str | Path) -> Flight:
     """Reads a flight table (.csv or .parquet). InputError, one line, for anything that is not one."""
-    path = Path(path)
+    path = as_path("a flight", path)
     if not path.is_file():
         what = "a folder" if path.is_dir() else "there is no such file"
         raise InputError(problem(f"{path}: {what}", "a flight table (.csv or .parquet)", "Check the path."))

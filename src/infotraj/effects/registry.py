@@ -16,6 +16,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
 
+from infotraj.arguments import as_paths
 from infotraj.effects.base import Effect
 from infotraj.effects.rotor_height import RotorHeight
 from infotraj.effects.rotor_torque import RotorTorque
@@ -72,7 +73,10 @@ def _built_in() -> dict[str, type[Effect]]:
 
 
 def _of_files(paths: Iterable[str | Path]) -> list[tuple[str, ModuleType]]:
-    named = [*(Path(p) for p in paths), *(Path(p) for p in os.environ.get(ENVIRONMENT, "").split(os.pathsep) if p)]
+    named = [
+        *as_paths("effects_from", paths),
+        *(Path(p) for p in os.environ.get(ENVIRONMENT, "").split(os.pathsep) if p),
+    ]
     files: list[Path] = []
     for path in named:
         if path.is_dir():

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from infotraj.arguments import as_path, require_part
 from infotraj.errors import InputError, problem
 from infotraj.flight import Flight
 from infotraj.importing import clock, derive, resample
@@ -44,7 +45,8 @@ def import_log(
     beside: further tables of the same flight whose times count from the same zero.
     InputError where the log cannot be used, UsageError where the mapping is wrong.
     """
-    path = Path(path)
+    path = as_path("a log", path)
+    require_part(start, stop)
     read = read_streams(
         path, mapping, definitions=definitions, allow_damaged=allow_damaged, settings=settings, beside=beside
     )

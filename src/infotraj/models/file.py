@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import yaml
 
+from infotraj.arguments import as_path
 from infotraj.effects.base import Effect, Parameter
 from infotraj.effects.registry import effect_class
 from infotraj.errors import InputError, UsageError, problem
@@ -30,7 +31,7 @@ def load_model(path: str | Path, effects_from: Iterable[str | Path] = ()) -> Mod
 
 def read_model(path: str | Path, effects_from: Iterable[str | Path] = ()) -> tuple[Model, ModelFile]:
     """The model of a file and the file's whole content, standard errors and provenance included."""
-    path = Path(path)
+    path = as_path("a model", path)
     file = read_content(path)
     if isinstance(file.vehicle, str):
         named = Path(file.vehicle)
@@ -89,7 +90,10 @@ def save_model(
 
     standard_errors: a mapping an effect, in the model's order; none where the model was not fitted.
     """
-    path = Path(path)
+    path = as_path("the model's new file", path)
+    if not isinstance(model, Model):
+        found = f"a model of type {type(model).__name__}"
+        raise UsageError(problem(found, "a Model", "`infotraj.diagnose(...).model` is one."))
     errors = [dict(e) for e in standard_errors] or [{} for _ in model.effects]
     if len(errors) != len(model.effects):
         raise UsageError(
