@@ -231,7 +231,7 @@ def _admitted(
     """The flights as they may be used. InputError for the first that may not, and where one is needed for none."""
     require_part(start, stop)
     alone = isinstance(flights, Flight | pd.DataFrame | dict) or not isinstance(flights, Iterable)
-    given = [flights] if alone else as_several("flights", flights, "paths or Flights")
+    given: list[Any] = [flights] if alone else as_several("flights", flights, "paths or Flights")
     if needed and not given:
         raise InputError(problem("no flight", "one or several", "Does the pattern find files?"))
     for one in given:
