@@ -46,9 +46,19 @@ def test_a_flight_in_memory_counts_as_its_file():
     model = infotraj.load_model(QUAD / "vehicle.yaml")
     one, other = infotraj.compare(model, [flight]), infotraj.compare(QUAD / "vehicle.yaml", str(FLIGHT))
     assert one.as_dict() == other.as_dict()
-    where = infotraj.locate(model, flight, reference=FLIGHT)
+    where = infotraj.locate(model, flight, reference=FLIGHT.with_name("flight_1.parquet"))
     assert where.healthy is not None
     assert str(where).startswith(("where it fails", "no place"))
+
+
+@pytest.mark.parametrize("ask", [infotraj.locate, infotraj.diagnose])
+def test_no_flight_is_its_own_reference(ask):
+    with pytest.raises(UsageError, match="is asked about and healthy at once"):
+        ask(VEHICLE, str(FLIGHT), reference=FLIGHT)
+    flight = infotraj.read_flight(FLIGHT)
+    for reference in (flight, FLIGHT):
+        with pytest.raises(InputError, match=r"holds the same numbers as .*flight_0\.parquet \(copy\)"):
+            ask(VEHICLE, flight, reference=reference)
 
 
 def test_the_floor_is_that_of_the_new_model_as_the_command_prints_it():

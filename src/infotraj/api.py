@@ -19,6 +19,7 @@ from infotraj.arguments import as_several, require_part, require_seed
 from infotraj.checking.acceptance import accepting
 from infotraj.checking.admission import admitted, checked
 from infotraj.checking.codes import known
+from infotraj.comparing import files
 from infotraj.comparing.comparison import Comparison
 from infotraj.diagnosis import diagnosis
 from infotraj.diagnosis.diagnosis import Diagnosis
@@ -159,7 +160,7 @@ def compare(
     one line, where a file is not valid or a flight cannot be used.
     """
     models = {"model": _model(model)} | ({} if against is None else {"against": _model(against)})
-    used = _admitted(flights, models["model"], accept, start, stop)
+    used, _ = _admitted(flights, (), models["model"], accept, start, stop)
     return Compared(comparing.compare(models, used, start=start, stop=stop))
 
 
@@ -179,8 +180,7 @@ def locate(
     """
     require_seed(seed)
     loaded = _model(model)
-    used = _admitted(flights, loaded, accept, start, stop)
-    usual = _admitted(reference, loaded, accept, start, stop, needed=False)
+    used, usual = _admitted(flights, reference, loaded, accept, start, stop)
     found = locating.locate(loaded, used, rng=np.random.default_rng(seed), start=start, stop=stop)
     return Placed(found, beside(found, loaded, usual, start=start, stop=stop) if usual else None)
 
@@ -203,8 +203,7 @@ def diagnose(
     """
     require_seed(seed)
     loaded = _model(model, effects_from)
-    used = _admitted(flights, loaded, accept, start, stop)
-    usual = _admitted(reference, loaded, accept, start, stop, needed=False)
+    used, usual = _admitted(flights, reference, loaded, accept, start, stop)
     found = diagnosis.diagnose(
         loaded, used, effects_from=effects_from, seed=seed, start=start, stop=stop, reference=usual
     )
@@ -222,26 +221,36 @@ def _model(model: AnyModel, effects_from: Iterable[str | Path] = ()) -> Model:
 
 def _admitted(
     flights: AnyFlight | Iterable[AnyFlight],
+    reference: AnyFlight | Iterable[AnyFlight],
     model: Model,
     accept: Sequence[str],
     start: float | None,
     stop: float | None,
-    needed: bool = True,
-) -> list[Flight]:
-    """The flights as they may be used. InputError for the first that may not, and where one is needed for none."""
+) -> tuple[list[Flight], list[Flight]]:
+    """Flights and healthy ones as they may be used. InputError for the first that may not, and for no flight."""
     require_part(start, stop)
+    given, healthy = _given(flights), _given(reference)
+    if not given:
+        raise InputError(problem("no flight", "one or several", "Does the pattern find files?"))
+    codes = as_several("accept", accept, "codes of findings")
+    if not all(isinstance(code, str) for code in codes):
+        raise UsageError(problem(f"accept={accept!r}", "codes of findings", "Give their names."))
+    overruled = known(codes)
+
+    def admit(some: Sequence[Any], seen: dict[str, str]) -> list[Flight]:
+        read = [accepting(x if isinstance(x, Flight) else read_flight(x), overruled) for x in some]
+        return [admitted(f, c) for f, c in zip(read, checked(read, model.vehicle, start, stop, seen), strict=True)]
+
+    return files.apart(given, healthy, admit)
+
+
+def _given(flights: AnyFlight | Iterable[AnyFlight]) -> list[Any]:
+    """Paths and Flights, of one alone too. InputError for what is neither."""
     alone = isinstance(flights, Flight | pd.DataFrame | dict) or not isinstance(flights, Iterable)
     given: list[Any] = [flights] if alone else as_several("flights", flights, "paths or Flights")
-    if needed and not given:
-        raise InputError(problem("no flight", "one or several", "Does the pattern find files?"))
     for one in given:
         if not isinstance(one, Flight | str | Path):
             table = "`infotraj.flight.Flight(table)` makes one of a table."
             remedy = table if isinstance(one, pd.DataFrame) else "Read it first."
             raise InputError(problem(f"a flight of type {type(one).__name__}", "a path or a Flight", remedy))
-    codes = as_several("accept", accept, "codes of findings")
-    if not all(isinstance(code, str) for code in codes):
-        raise UsageError(problem(f"accept={accept!r}", "codes of findings", "Give their names."))
-    overruled = known(codes)
-    read = [accepting(x if isinstance(x, Flight) else read_flight(x), overruled) for x in given]
-    return [admitted(f, c) for f, c in zip(read, checked(read, model.vehicle, start, stop), strict=True)]
+    return given

@@ -105,11 +105,12 @@ def run(*arguments):
     return result
 
 
-def test_a_healthy_flight_that_is_a_copy_of_one_in_question_is_rejected_whatever_its_name(tmp_path):
+@pytest.mark.parametrize("command", ["compare", "locate", "diagnose"])
+def test_a_healthy_flight_that_is_a_copy_of_one_in_question_is_rejected_whatever_its_name(command, tmp_path):
     paths = [tmp_path / f"{name}.parquet" for name in ("flown", "copied", "healthy")]
     for path, f in zip(paths, flights("{}", (0, 0, 1)), strict=True):
         f.table.to_parquet(path)
-    refused = run("diagnose", QUADROTOR, paths[0], "--reference", paths[1], "--reference", paths[2])
+    refused = run(command, QUADROTOR, paths[0], "--reference", paths[1], "--reference", paths[2])
     said = refused.output + str(refused.exception)
     assert f"rejected: {paths[1]}: holds the same numbers as {paths[0]} (copy)" in said
     assert "1 of 2 flights rejected" in said

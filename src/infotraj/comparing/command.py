@@ -92,7 +92,6 @@ def compare_command(
         reference=reference,
     )
     files.require_order(reading.start, reading.stop)
-    files.require_apart(flights, reference)
     wanted = parse_horizons(horizons) if horizons else ()
     limits = thresholds.parse_thresholds(fail_above) if fail_above else {}
     names = [str(p) for p in (model, *against)]
@@ -116,10 +115,12 @@ def compare_command(
             raise unscored(what, error.reasons.values(), error.left_out, len(error.t), error.window)
         return one
 
-    def compared(paths):
-        let_in = files.admitted(paths, models[str(model)].vehicle, use, reading)
+    def admitted(paths, seen):
+        return files.admitted(paths, models[str(model)].vehicle, use, reading, seen)
+
+    def together(let_in):
         used, parts = let_in.flights, let_in.found
-        together = Comparison(
+        return Comparison(
             tuple(str(f.meta["source"]) for f in used),
             tuple(used),
             tuple(
@@ -132,10 +133,10 @@ def compare_command(
                 for k, first in enumerate(parts[0].models)
             ),
         )
-        return let_in, used, together
 
-    let_in, used, comparison = compared(flights)
-    healthy = compared(reference)[2] if reference else None
+    let_in, others = files.apart(flights, reference, admitted)
+    used, comparison = let_in.flights, together(let_in)
+    healthy = together(others) if reference else None
     show(summary.as_text(comparison, verbose=verbose))
     if healthy is not None:
         show(summary.beside(comparison, healthy))

@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -24,6 +25,7 @@ from infotraj.progress import interrupted, progress
 from infotraj.vehicle import Vehicle
 from infotraj.writing import whole
 
+A = TypeVar("A")
 T = TypeVar("T")
 
 
@@ -102,11 +104,23 @@ def require_order(start: float | None, stop: float | None) -> None:
         raise UsageError(problem(f"--to {stop:g} is not after --from {start:g}", "--from below --to", "Swap them."))
 
 
-def require_apart(flights: Sequence[Path], reference: Sequence[Path]) -> None:
-    """UsageError where a flight is its own reference."""
-    twice = sorted({p.resolve() for p in flights} & {p.resolve() for p in reference})
+def apart(
+    flights: Sequence[T], reference: Sequence[T], admit: Callable[[Sequence[T], dict[str, str]], A]
+) -> tuple[A, A]:
+    """What `admit` makes of flights (paths, or what is in memory) and of healthy ones: no flight is its own reference.
+
+    admit: is handed flights and those that were seen before (`checking.admission.with_copies`), so that it rejects a
+    copy under another name. UsageError where a file stands in both.
+    """
+    twice = sorted(_files(flights) & _files(reference))
     if twice:
         raise UsageError(problem(f"{twice[0]} is asked about and healthy at once", "one of them", "Leave it out."))
+    seen: dict[str, str] = {}
+    return admit(flights, seen), admit(reference, seen)
+
+
+def _files(flights: Sequence[object]) -> set[Path]:
+    return {Path(f).resolve() for f in flights if isinstance(f, str | PathLike)}
 
 
 def write_json(content: dict[str, Any], path: Path) -> None:

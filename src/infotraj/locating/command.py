@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -85,7 +84,6 @@ def locate_command(
         reference=reference,
     )
     files.require_order(reading.start, reading.stop)
-    files.require_apart(flights, reference)
     loaded = load_model(model)
     how: dict[str, Any] = {
         "window": window or WINDOW,
@@ -100,10 +98,11 @@ def locate_command(
             what = f"{flight.meta['source']}: no row to search"
             raise unscored(what, error.reasons.values(), error.left_out, len(error.t), error.window)
 
-    admitted = partial(files.admitted, vehicle=loaded.vehicle, use=use, reading=reading)
-    let_in = admitted(flights)
-    used = let_in.flights
-    usual = admitted(reference).flights if reference else []
+    def admitted(paths, seen):
+        return files.admitted(paths, loaded.vehicle, use, reading, seen)
+
+    let_in, others = files.apart(flights, reference, admitted)
+    used, usual = let_in.flights, others.flights
     with waiting(f"searching {counted(len(used), 'flight')}"):
         located = locate(
             loaded,

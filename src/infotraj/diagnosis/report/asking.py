@@ -86,21 +86,18 @@ def ask(
     if reference and save_model is not None:
         what = "--save-model with --reference: a change is told from healthy flights, not from the model"
         raise UsageError(problem(what, "one of them", "Leave one out; `infotraj add` fits an effect to flights."))
-    files.require_apart(flights, reference)
     read, content = read_model(model, effects_from)
     use = usable(read, start, stop, bool(reference))
-    seen: dict[str, str] = {}  # of both lists: a healthy flight may have a copy among those that are asked about
 
-    def admitted(paths: Sequence[Path]) -> files.Admitted[None]:
+    def admitted(paths: Sequence[Path], seen: dict[str, str]) -> files.Admitted[None]:
         let_in = files.admitted(paths, read.vehicle, use, reading, seen)
         used, cut = parts(let_in.flights, seconds, start, stop)
         for line in cut:
             click.echo(line, err=True)
         return replace(let_in, flights=used)
 
-    let_in = admitted(flights)
-    healthy = admitted(reference).flights if reference else []
-    return Asked(model, read, content, let_in, healthy, effects_from, start, stop)
+    let_in, healthy = files.apart(flights, reference, admitted)
+    return Asked(model, read, content, let_in, healthy.flights, effects_from, start, stop)
 
 
 def usable(model: Model, start: float | None, stop: float | None, level: bool = False) -> Callable[[Flight], None]:
