@@ -29,10 +29,18 @@ def folder(tmp_path, monkeypatch):
     Path("named.yaml").write_text(yaml.safe_dump({"vehicle": "quad.yaml"}))
     for name in ("f.csv", "f.meta.yaml", "g.parquet", "own.py", "r.json"):
         Path(name).write_text("source: none\n")
+    Path("base.yaml").write_text("extends: flight_table\n")
+    Path("n.mapping.yaml").write_text("extends: base.yaml\n")
+    Path("bag").mkdir()
+    for name in ("metadata.yaml", "a.db3"):
+        Path("bag", name).write_text("source: none\n")
     return tmp_path
 
 
 ADD = ("add", "second.yaml", "linear_drag", "--fit", "f.csv")
+IMPORT = ("import", "f.csv", "-o", "n.parquet")
+MAPPED = (*IMPORT, "--mapping", "n.mapping.yaml")
+NEW = ["vehicle", "new", "--layout", "quad_x", "--order", "px4", "--arm", "0.2", "--mass", "1", "--propeller", "0.25"]
 MANY = ("diagnose", "second.yaml", "f.csv", "--reference", "g.parquet", "--effects-from")
 
 
@@ -57,18 +65,54 @@ MANY = ("diagnose", "second.yaml", "f.csv", "--reference", "g.parquet", "--effec
         ("report", "quad.yaml", "f.csv", "-o", "f.csv"),
         ("report", "--from-json", "r.json", "-o", "r.json"),
         ("history", "second.yaml", "--json", "quad.yaml"),
-        ("check", "f.csv", "--json", "f.csv"),
+        *[("check", "f.csv", "--json", name) for name in ("f.csv", "f.meta.yaml")],
+        *[("check", "bag", "--json", name) for name in ("bag/metadata.yaml", "bag/a.db3")],
+        ("check", "f.csv", "--mapping", "n.mapping.yaml", "--json", "base.yaml"),
+        ("import", "f.csv", "-o", "f.csv"),
+        ("import", "g.parquet", "--with", "f.csv", "-o", "f.csv"),
+        ("import", "g.parquet", "-o", "n.csv", "--json", "n.meta.yaml"),
+        *[(*IMPORT, "--save-mapping", name) for name in ("f.csv", "f.meta.yaml", "n.parquet")],
+        *[(*MAPPED, "--json", name) for name in ("f.csv", "n.mapping.yaml", "base.yaml", "n.parquet")],
+        (*MAPPED, "--fix"),
+        (*IMPORT, "--definitions", "own.py", "--json", "own.py"),
+        ("effects", "--effects", "own.py", "--json", "own.py"),
+        (*NEW, "-o", "v.yaml", "--flight", "v.yaml"),
         ("check", "f.csv", "--vehicle", "quad.yaml", "--json", "quad.yaml"),
     ],
     ids=" ".join,
 )
 def test_no_output_is_an_input_or_another_output(words, folder):
     os.link("f.csv", "linked.csv")
-    before = {p: p.read_bytes() for p in folder.iterdir()}
+    before = contents(folder)
     result = CliRunner().invoke(cli, [w.replace("{folder}", folder.name) for w in words])
     assert isinstance(result.exception, UsageError), result.output
+    assert "Choose another name" in str(result.exception)
     assert "\n" not in str(result.exception)
-    assert {p: p.read_bytes() for p in folder.iterdir()} == before
+    assert contents(folder) == before
+
+
+def contents(folder):
+    return {p: p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+@pytest.mark.parametrize(
+    "words", [("effects",), ("compare", "quad.yaml", "g.parquet"), ("diagnose", "quad.yaml", "f.csv")]
+)
+def test_effects_that_the_environment_names_are_no_outputs(words, folder, monkeypatch):
+    monkeypatch.setenv("INFOTRAJ_EFFECTS", str(folder))
+    before = contents(folder)
+    result = CliRunner().invoke(cli, [*words, "--json", "own.py"])
+    assert isinstance(result.exception, UsageError), result.output
+    assert "--json own.py is a file with effects that are read" in str(result.exception)
+    assert contents(folder) == before
+
+
+@pytest.mark.parametrize("words", [IMPORT[:2], ("effects",), tuple(NEW)])
+def test_a_closed_place_is_named_before_anything_is_asked_or_read(words, folder):
+    output = "f.csv/new.yaml" if words == tuple(NEW) else "f.csv/new.parquet"
+    result = CliRunner().invoke(cli, [*words, "--json" if words == ("effects",) else "-o", output])
+    assert type(result.exception) is InfotrajError, result.output
+    assert "lies in f.csv, which is a file" in str(result.exception)
 
 
 @pytest.mark.parametrize(

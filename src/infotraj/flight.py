@@ -212,3 +212,8 @@ def check_table(table: pd.DataFrame, source: str) -> None:
 def meta_path(path: Path) -> Path:
     """Where the metadata of a flight table in CSV are."""
     return path.with_name(f"{path.stem}.meta.yaml")
+
+
+def flight_files(path: Path) -> list[Path]:
+    """The files of a flight table: the table, and beside a CSV its metadata, there or not."""
+    return [path, meta_path(path)] if path.suffix.lower() == ".csv" else [path]

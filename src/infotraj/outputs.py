@@ -10,26 +10,30 @@ from pathlib import Path
 
 from infotraj.errors import InfotrajError, UsageError, problem
 
-Named = Mapping[str, Path | None]
+Named = Mapping[str, Path | Sequence[Path] | None]
 
 
 def require_outputs(files: Named, folders: Named, inputs: Mapping[str, Sequence[Path]]) -> None:
     """UsageError where an output is an input or another output; InfotrajError where it cannot be written.
 
-    files, folders: by their options, None where an option is not given; inputs: by what they are in words. Nothing is
-    left behind.
+    files, folders: one or several by their options, None where an option is not given; inputs: by what they are in
+    words. Nothing is left behind.
     """
-    named = {option: path for option, path in {**files, **folders}.items() if path is not None}
-    for option, path in named.items():
+    named = [(option, path) for option, paths in {**files, **folders}.items() for path in _listed(paths)]
+    for option, path in named:
         for what, paths in inputs.items():
             if any(_same(path, p) for p in paths):
                 raise UsageError(problem(f"{option} {path} is {what}", "a new file", "Choose another name."))
-    for (first, a), (second, b) in combinations(named.items(), 2):
+    for (first, a), (second, b) in combinations(named, 2):
         if _same(a, b):
             found = f"{first} and {second} are both {a}"
             raise UsageError(problem(found, "a file for each", "Choose another name for one."))
-    for option, path in named.items():
+    for option, path in named:
         _try(option, path, folder=option in folders)
+
+
+def _listed(paths: Path | Sequence[Path] | None) -> Sequence[Path]:
+    return [] if paths is None else [paths] if isinstance(paths, Path) else paths
 
 
 def _same(a: Path, b: Path) -> bool:

@@ -61,7 +61,7 @@ def test_several_logs_with_rejected_ones(tmp_path: Path) -> None:
 
 def test_a_folder_for_one_log_ends_in_a_slash_and_never_holds_the_log_itself(tmp_path: Path) -> None:
     GOOD.write(tmp_path / "a.parquet")
-    for place, said in ((str(tmp_path / "new"), f"-o {tmp_path / 'new'}/"), (f"{tmp_path}/", "is the log itself")):
+    for place, said in ((str(tmp_path / "new"), f"-o {tmp_path / 'new'}/"), (f"{tmp_path}/", "is a log that is read")):
         result = CliRunner().invoke(import_command, [str(tmp_path / "a.parquet"), "-o", place])
         assert isinstance(result.exception, UsageError)
         assert said in str(result.exception)

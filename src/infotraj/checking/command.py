@@ -59,12 +59,16 @@ def check_command(
     from infotraj.checking.logs import check_logs
     from infotraj.checking.report import across_text, as_json, as_text
     from infotraj.importing import parse_settings
+    from infotraj.importing.mapping_files import mapping_files
+    from infotraj.importing.opening import log_files
     from infotraj.outputs import require_outputs
     from infotraj.vehicle import load_vehicle
 
-    inputs = {"a log that is read": logs, "the vehicle file": [vehicle] if vehicle is not None else []}
-    if mapping is not None:
-        inputs["the mapping"] = [Path(mapping)]
+    inputs = {
+        "a log that is read": [p for log in logs for p in log_files(log)],
+        "the vehicle file": [vehicle] if vehicle is not None else [],
+        "a mapping that is read": mapping_files(mapping) if mapping is not None else [],
+    }
     require_outputs({"--json": json_file}, {}, inputs)
     accepted = known(accept)
     believed = load_vehicle(vehicle) if vehicle is not None else None

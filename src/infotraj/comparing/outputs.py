@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from infotraj.flight import meta_path
+from infotraj.effects.registry import effect_files
+from infotraj.flight import flight_files
 from infotraj.models.behind import files_behind
 from infotraj.outputs import Named, require_outputs
 
@@ -30,9 +31,9 @@ def try_outputs(
     behind = [files_behind(m) for m in models]
     inputs = {
         "the model itself": models,
-        "a flight that is read": _with_meta(flights),
-        "a healthy flight that is read": _with_meta(reference),
-        "a file with effects that are read": _modules(effects_from),
+        "a flight that is read": _tables(flights),
+        "a healthy flight that is read": _tables(reference),
+        "a file with effects that are read": effect_files(effects_from),
         "a file that is read": contents,
         "a model that the model was made from": [p for _, ancestors in behind for p in ancestors],
         "the vehicle file of the model": [p for vehicles, _ in behind for p in vehicles],
@@ -40,9 +41,5 @@ def try_outputs(
     require_outputs(files, folders, inputs)
 
 
-def _with_meta(flights: Sequence[Path]) -> list[Path]:
-    return [*flights, *(meta_path(f) for f in flights if f.suffix.lower() == ".csv")]
-
-
-def _modules(effects_from: Sequence[Path]) -> list[Path]:
-    return [p for path in effects_from for p in (path.glob("*.py") if path.is_dir() else [path])]
+def _tables(flights: Sequence[Path]) -> list[Path]:
+    return [p for flight in flights for p in flight_files(flight)]

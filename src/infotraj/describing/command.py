@@ -94,12 +94,15 @@ def new_command(output: Path, kind: str | None, flight: Path | None, quiet: bool
     On a terminal it asks for what is missing. A file that is there is never overwritten.
     """
     from infotraj.describing.writing import Asked, guessed_numbers, vehicle_text
+    from infotraj.flight import flight_files
     from infotraj.importing.saving import write_text
+    from infotraj.outputs import require_outputs
 
     if output.suffix not in (".yaml", ".yml"):
         raise UsageError(problem(f"-o {output}", "a name that ends in .yaml", "Rename it."))
     if output.exists():
         raise UsageError(problem(f"{output} is there already", "a new file", "Choose another name."))
+    require_outputs({"-o": output}, {}, {"the flight": [] if flight is None else flight_files(flight)})
     moments = tuple(known.pop("inertia"))
     if len(moments) not in (0, 3):
         raise UsageError(problem(f"--inertia with {len(moments)} numbers", "three: xx yy zz", "Correct it."))

@@ -9,7 +9,8 @@ from pathlib import Path
 import click
 
 from infotraj.effects.base import Effect, Parameter
-from infotraj.effects.registry import catalogue, effect_class
+from infotraj.effects.registry import catalogue, effect_class, effect_files
+from infotraj.outputs import require_outputs
 from infotraj.writing import whole
 
 
@@ -22,6 +23,7 @@ def effects_command(context: click.Context, paths: tuple[Path, ...], json_path: 
     context.obj = paths
     if context.invoked_subcommand is not None:
         return
+    require_outputs({"--json": json_path}, {}, {"a file with effects that are read": effect_files(paths)})
     known = catalogue(paths)
     if json_path is not None:
         with whole(json_path) as part:

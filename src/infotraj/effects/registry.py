@@ -72,7 +72,8 @@ def _built_in() -> dict[str, type[Effect]]:
     return found
 
 
-def _of_files(paths: Iterable[str | Path]) -> list[tuple[str, ModuleType]]:
+def effect_files(paths: Iterable[str | Path] = ()) -> list[Path]:
+    """The files with a user's own effects, there or not: of `paths` (files or folders) and of INFOTRAJ_EFFECTS."""
     named = [
         *as_paths("effects_from", paths),
         *(Path(p) for p in os.environ.get(ENVIRONMENT, "").split(os.pathsep) if p),
@@ -81,9 +82,15 @@ def _of_files(paths: Iterable[str | Path]) -> list[tuple[str, ModuleType]]:
     for path in named:
         if path.is_dir():
             files += sorted(p for p in path.glob("*.py") if not p.name.startswith(("_", ".")))
-        elif path.is_file():
-            files.append(path)
         else:
+            files.append(path)
+    return files
+
+
+def _of_files(paths: Iterable[str | Path]) -> list[tuple[str, ModuleType]]:
+    files = effect_files(paths)
+    for path in files:
+        if not path.is_file():
             raise InputError(
                 problem(f"{path}: no such file or folder", "a Python file with effects", "Check the path.")
             )

@@ -85,15 +85,34 @@ def import_command(
     if start is not None and stop is not None and stop <= start:
         raise UsageError(problem(f"--to {stop:g} is not after --from {start:g}", "--from below --to", "Swap them."))
     _require_rows(rows)
+    from infotraj.flight import flight_files
     from infotraj.importing.explain import explain as explained
     from infotraj.importing.explain import inventory, missing_channels
     from infotraj.importing.importer import to_flight
-    from infotraj.importing.mapping_files import load_mapping
-    from infotraj.importing.opening import kind_of
+    from infotraj.importing.mapping_files import load_mapping, mapping_files
+    from infotraj.importing.opening import kind_of, log_files
     from infotraj.importing.reading import read_streams
     from infotraj.importing.saving import save_extension, save_mapping, write_text
     from infotraj.importing.settings import parse_settings
+    from infotraj.outputs import require_outputs
 
+    tables = [t for t in targets if t is not None]
+    require_outputs(
+        {
+            "-o": [p for t in tables for p in flight_files(t)],
+            "--save-mapping": mapping_file or (list(map(_beside, tables)) if fix else None),
+            "--json": json_file,
+        },
+        {},
+        {
+            "a log that is read": [p for log in logs for p in log_files(log)],
+            "a table that is read": [p for table in beside for p in flight_files(table)],
+            "a mapping that is read": mapping_files(mapping) if mapping is not None else [],
+            "a message definition that is read": [
+                p for d in definitions for p in (d.rglob("*.msg") if d.is_dir() else [d])
+            ],
+        },
+    )
     chosen = load_mapping(mapping) if mapping is not None else None
     settings = parse_settings(changes)
     report: dict[str, Any] = {"infotraj": __version__, "flights": [], "rejected": []}
@@ -118,7 +137,7 @@ def import_command(
         if target is not None:
             _write(flight, target)
         if fix and target is not None:
-            saved = mapping_file or target.with_name(f"{target.stem}.mapping.yaml")
+            saved = mapping_file or _beside(target)
             save_extension(mapping or flight.meta["mapping"], own, saved)
             if not quiet:
                 click.echo(f"{saved}: the mapping with these settings", err=True)
@@ -169,10 +188,12 @@ def _targets(logs: tuple[Path, ...], place: str | None, explain: bool) -> list[P
     twice = sorted({str(t) for t in targets if targets.count(t) > 1})
     if twice:
         raise UsageError(problem(f"two logs would become {twice[0]}", "logs of different names", "Import them apart."))
-    for log, target in zip(logs, targets, strict=True):
-        if target.exists() and log.exists() and target.samefile(log):
-            raise UsageError(problem(f"-o {place}: {target} is the log itself", "another name", "Choose one."))
     return list(targets)
+
+
+def _beside(target: Path) -> Path:
+    """Where --fix writes its mapping where no option says so."""
+    return target.with_name(f"{target.stem}.mapping.yaml")
 
 
 def _require_rows(rows: str | None) -> None:

@@ -41,11 +41,34 @@ def parse_mapping(content: object, source: str = "mapping") -> Mapping:
     return _parse(content, source, Path(source).parent, 0)
 
 
+def mapping_files(name: str | Path) -> list[Path]:
+    """The file of a mapping and those that it extends, as far as they can be read; none of a shipped one."""
+    found: list[Path] = []
+    following, folder = str(name), None
+    while following not in shipped() and len(found) <= _DEEPEST:
+        path = _place(following, folder)
+        found.append(path)
+        try:
+            content = yaml.safe_load(path.read_text())
+        except (OSError, yaml.YAMLError, ValueError, RecursionError):
+            break
+        base = content.get("extends") if isinstance(content, dict) else None
+        if not isinstance(base, str):
+            break
+        following, folder = base, path.parent
+    return found
+
+
+def _place(name: str, folder: Path | None) -> Path:
+    """Where a mapping file is: in the folder of the file that names it, else where the command runs."""
+    beside = folder / name if folder is not None else None
+    return beside if beside is not None and _is_file(beside) else Path(name)
+
+
 def _load(name: str, folder: Path | None, depth: int) -> Mapping:
     if name in shipped():
         return shipped()[name]
-    beside = folder / name if folder is not None else None
-    path = beside if beside is not None and _is_file(beside) else Path(name)
+    path = _place(name, folder)
     if not _is_file(path):
         raise UsageError(
             problem(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from infotraj.errors import InputError, problem
+from infotraj.flight import flight_files
 from infotraj.importing.blackbox import BlackboxLog, split_number
 from infotraj.importing.blackbox_header import MAGIC as BLACKBOX
 from infotraj.importing.crazyflie import MAGIC, CrazyflieLog
@@ -91,6 +92,13 @@ def bag_folder(path: Path) -> Path:
         what = f"a directory with {len(inside)} bag files and no metadata.yaml" if inside else "a directory, no bag"
         raise InputError(problem(f"{path}: {what}", "metadata.yaml, or one .mcap or .db3", "Name the file itself."))
     return inside[0]
+
+
+def log_files(path: Path) -> list[Path]:
+    """The files that are read of a log, there or not: those of a bag's folder, and of a table also its metadata."""
+    if path.is_dir():
+        return [path / "metadata.yaml", *path.glob("*.mcap"), *path.glob("*.db3")]
+    return flight_files(split_number(path)[0])
 
 
 def kind_by_first_bytes(head: bytes) -> str | None:
