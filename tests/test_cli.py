@@ -45,6 +45,23 @@ def test_a_missing_log_is_one_line_and_status_3(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("all_of_it", [True, False])
+def test_files_are_written_though_nobody_reads_the_answer(all_of_it, tmp_path):
+    """As in `infotraj compare ... --json a.json | head -1`, and with `2>&1` before the pipe."""
+    out = tmp_path / "a.json"
+    ours, theirs = os.pipe()
+    os.close(ours)
+    words = ["compare", "vehicle.yaml", "flight_0.parquet", "--json", str(out)]
+    heard = subprocess.STDOUT if all_of_it else subprocess.PIPE
+    done = subprocess.run(
+        [sys.executable, "-m", "infotraj.cli", *words], stdout=theirs, stderr=heard, text=True, cwd=QUAD, check=False
+    )
+    os.close(theirs)
+    assert done.returncode == 0
+    assert "rmse" in out.read_text()
+    assert all_of_it or done.stderr.startswith("next: ")
+
+
 def test_the_version_is_one_and_every_page_that_states_it_agrees():
     top = Path(__file__).parents[1]
     assert run("--version").stdout.strip() == f"infotraj, version {__version__}"

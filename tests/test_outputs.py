@@ -164,6 +164,8 @@ def test_a_folder_that_is_closed_is_named(folder):
             ("add", "linear_drag", "--fit", "{flight}", "-o", "new/m.yaml"),
             "infotraj.diagnosis.report.saving.save_model",
         ),
+        (("effects", "--json", "new/a.json"), "infotraj.effects.command.whole"),
+        (("import", "{flight}", "--explain", "-o", "new/a.csv"), "infotraj.flight.whole"),
     ],
 )
 def test_the_answer_is_shown_though_a_file_cannot_be_written_after_all(words, writer, folder, monkeypatch, flown_once):
@@ -172,9 +174,10 @@ def test_the_answer_is_shown_though_a_file_cannot_be_written_after_all(words, wr
 
     monkeypatch.setattr(writer, fails)
     command, *rest = (w.replace("{flight}", str(flown_once)) for w in words)
-    result = CliRunner().invoke(cli, [command, "quad.yaml", *rest])
+    model = [] if command in ("effects", "import") else ["quad.yaml"]
+    result = CliRunner().invoke(cli, [command, *model, *rest])
     assert str(result.exception) == "the disk is full"
-    assert "fx" in result.stdout
+    assert {"effects": "linear_drag", "import": "velocity"}.get(command, "fx") in result.stdout
 
 
 @pytest.mark.parametrize("place", ["", "sub", "f.csv/m.yaml", "/proc/none/m.yaml"])

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import atexit
 import importlib
+import io
 import os
 import sys
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -79,16 +81,33 @@ def main() -> None:
     # Small matrices are slower with several BLAS threads; a user's own setting wins.
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")
+    sys.stdout, sys.stderr = _dropping(sys.stdout), _dropping(sys.stderr)
     try:
         cli(prog_name="infotraj")
     except InfotrajError as error:
         click.echo(f"error: {error}", err=True)
         sys.exit(error.exit_status)
-    except BrokenPipeError:  # the reader of our output has gone, as in `infotraj ... | head`
-        sys.stdout = None
-        sys.exit(1)
     finally:
         _no_escape_code_at_the_end()
+
+
+class _Dropping(io.FileIO):
+    """A pipe whose reader may go, as in `infotraj ... | head -1`: what nobody reads is dropped, and the command goes on
+    to write its files."""
+
+    def write(self, data: Any, /) -> int:
+        try:
+            return super().write(data)
+        except BrokenPipeError:
+            return len(data)
+
+
+def _dropping(stream: Any) -> Any:
+    """The stream over `_Dropping`; a terminal, or what is no file of this process, as it is."""
+    if stream not in (sys.__stdout__, sys.__stderr__) or stream is None or stream.isatty():
+        return stream
+    raw = io.BufferedWriter(_Dropping(stream.fileno(), "w", closefd=False))
+    return io.TextIOWrapper(raw, stream.encoding, stream.errors, line_buffering=stream.line_buffering)
 
 
 def _no_escape_code_at_the_end() -> None:

@@ -25,9 +25,6 @@ def effects_command(context: click.Context, paths: tuple[Path, ...], json_path: 
         return
     require_outputs({"--json": json_path}, {}, {"a file with effects that are read": effect_files(paths)})
     known = catalogue(paths)
-    if json_path is not None:
-        with whole(json_path) as part:
-            part.write_text(json.dumps([described(c) for c in known.values()], indent=1) + "\n")
     place = None
     for cls in known.values():
         if cls.place != place:
@@ -35,6 +32,9 @@ def effects_command(context: click.Context, paths: tuple[Path, ...], json_path: 
             click.echo(place)
         names = ", ".join(f"{p.name} ({p.unit})" for p in cls.parameters)
         click.echo(f"  {cls.name:20} {names:42} {_first_line(cls)}")
+    if json_path is not None:
+        with whole(json_path) as part:
+            part.write_text(json.dumps([described(c) for c in known.values()], indent=1) + "\n")
     click.echo("Next: infotraj effects show NAME", err=True)
 
 

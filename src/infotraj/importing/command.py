@@ -13,7 +13,7 @@ import click
 import yaml
 
 from infotraj import __version__
-from infotraj.errors import InfotrajError, InputError, UsageError, problem
+from infotraj.errors import InputError, UsageError, problem
 from infotraj.options import Number, quiet_option, say_next
 from infotraj.progress import parts, waiting
 from infotraj.suggested import quoted
@@ -134,8 +134,10 @@ def import_command(
             if explain:
                 _print_inventory(inventory, log, definitions, allow_damaged)
             continue
+        if explain:
+            click.echo(explained(flight, read, definitions, allow_damaged))
         if target is not None:
-            _write(flight, target)
+            flight.write(target)
         if fix and target is not None:
             saved = mapping_file or _beside(target)
             save_extension(mapping or flight.meta["mapping"], own, saved)
@@ -153,8 +155,6 @@ def import_command(
                 **{k: v for k, v in flight.meta.items() if k != "source"},
             }
         )
-        if explain:
-            click.echo(explained(flight, read, definitions, allow_damaged))
         if verbose:
             click.echo(yaml.safe_dump(flight.meta, sort_keys=False), err=True)
         if target is not None and not quiet:
@@ -265,12 +265,3 @@ def _fixed(
             )
         )
     return mended.settings
-
-
-def _write(flight: Any, target: Path) -> None:
-    try:
-        flight.write(target)
-    except OSError as error:
-        raise InfotrajError(
-            problem(f"{target}: {error.strerror}", "a place that can be written", "Choose another -o.")
-        ) from error
