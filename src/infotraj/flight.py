@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-import os
 import shlex
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -22,6 +22,7 @@ from infotraj.errors import InputError, problem
 from infotraj.options import MOST_STEPS
 from infotraj.rotations import Array
 from infotraj.text_rows import header, row_delimiters, uneven_row
+from infotraj.writing import whole
 
 POSITION = ("px", "py", "pz")
 ATTITUDE = ("qw", "qx", "qy", "qz")
@@ -94,22 +95,18 @@ class Flight:
     def write(self, path: str | Path) -> None:
         """Writes .parquet (metadata inside) or .csv (metadata in NAME.meta.yaml beside it), whole or not at all."""
         path = Path(path)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part = path.with_name(f".{path.name}.part")
-        try:
+        if path.suffix not in (".parquet", ".csv"):
+            raise InputError(problem(f"{path}", "a name that ends in .parquet or .csv", "Rename it."))
+        with ExitStack() as files:  # the table takes its name first: no metadata without it
+            if path.suffix == ".csv" and self.meta:
+                files.enter_context(whole(meta_path(path))).write_text(yaml.safe_dump(self.meta, sort_keys=False))
+            part = files.enter_context(whole(path))
             if path.suffix == ".parquet":
                 arrow = pa.Table.from_pandas(self.table, preserve_index=False)
                 meta = {**(arrow.schema.metadata or {}), _META_KEY: json.dumps(self.meta).encode()}
                 pq.write_table(arrow.replace_schema_metadata(meta), part)
-            elif path.suffix == ".csv":
-                self.table.to_csv(part, index=False, float_format="%.17g")
-                if self.meta:
-                    meta_path(path).write_text(yaml.safe_dump(self.meta, sort_keys=False))
             else:
-                raise InputError(problem(f"{path}", "a name that ends in .parquet or .csv", "Rename it."))
-            os.replace(part, path)
-        finally:
-            part.unlink(missing_ok=True)
+                self.table.to_csv(part, index=False, float_format="%.17g")
 
 
 def stepped(flight: Flight, count: int) -> Flight:

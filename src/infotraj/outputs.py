@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from itertools import combinations
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from infotraj.errors import InfotrajError, UsageError, problem
 
@@ -52,7 +52,7 @@ def _try(option: str, path: Path, *, folder: bool) -> None:
         if not there.is_dir():
             wrong = "is a file" if there == path else f"lies in {there}, which is a file"
         if not wrong:
-            _touch(place, ".try" if folder else f".{path.name}.part")
+            _build(there, place.relative_to(there), "file" if folder else path.name)
     except OSError as error:
         wrong = f"cannot be written ({error.strerror})"
     if wrong:
@@ -65,14 +65,9 @@ def _special(path: Path) -> bool:
     return path.exists() and not path.is_file() and not path.is_dir()
 
 
-def _touch(place: Path, name: str) -> None:
-    made = [p for p in (place, *place.parents) if not p.exists()]
-    try:
+def _build(there: Path, missing: Path, name: str) -> None:
+    """Makes folders and a file in a folder of its own, and takes them away: no other run sees or loses any of them."""
+    with TemporaryDirectory(prefix=".", suffix=".try", dir=there) as own:
+        place = Path(own, missing)
         place.mkdir(parents=True, exist_ok=True)
-        with suppress(FileExistsError):  # another run writes there
-            os.close(os.open(place / name, os.O_CREAT | os.O_EXCL | os.O_WRONLY))
-            (place / name).unlink()
-    finally:
-        for p in made:
-            with suppress(OSError):
-                p.rmdir()
+        (place / name).touch()

@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from secrets import token_hex
 
 from infotraj.errors import InfotrajError, problem
 
@@ -14,9 +15,10 @@ from infotraj.errors import InfotrajError, problem
 def whole(path: Path) -> Iterator[Path]:
     """The place where to write: it becomes `path` at the end, and is gone where that fails.
 
-    Folders are made. InfotrajError, one line, where the file cannot be written.
+    Folders are made. Of several that write one file at once each has its own place. InfotrajError, one line, where the
+    file cannot be written.
     """
-    part = path.with_name(f".{path.name}.part") if path.name else path
+    part = path.with_name(f".{path.name}.{token_hex(4)}.part") if path.name else path
     try:
         try:
             path.parent.mkdir(parents=True, exist_ok=True)

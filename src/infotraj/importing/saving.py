@@ -8,10 +8,10 @@ from pathlib import Path
 import yaml
 
 from infotraj import __version__
-from infotraj.errors import InfotrajError, problem
 from infotraj.importing.mapping import Mapping
 from infotraj.importing.mapping_files import load_mapping, shipped
 from infotraj.importing.settings import Settings, with_settings
+from infotraj.writing import whole
 
 
 def save_mapping(used: Mapping | str, settings: Settings, path: Path) -> None:
@@ -28,17 +28,8 @@ def save_extension(base: str, settings: Settings, path: Path) -> None:
 
 def write_text(path: Path, text: str) -> None:
     """A text file with an end to its last line. InfotrajError, one line, where it cannot be written."""
-    part = path.with_name(f".{path.name}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+    with whole(path) as part:
         part.write_text(text + ("" if text.endswith("\n") else "\n"))
-        os.replace(part, path)
-    except OSError as error:
-        raise InfotrajError(
-            problem(f"{path}: {error.strerror}", "a place that can be written", "Choose another.")
-        ) from error
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _write_yaml(path: Path, content: object) -> None:

@@ -13,6 +13,7 @@ from urllib.parse import quote
 from jinja2 import Environment, StrictUndefined
 
 from infotraj.report.page import asset
+from infotraj.writing import whole
 
 _LINK = re.compile(r"\[([^]]*)\]\(([^)\s]*)\)")
 
@@ -40,9 +41,8 @@ def write_index(
         recordings=[{"name": r, "link": _link(Path(r), path.parent)} for r in recordings],
         css=asset("page.css"),
     )
-    part = path.with_name(f".{path.name}.part")
-    part.write_text(text, encoding="utf-8")
-    os.replace(part, path)
+    with whole(path) as part:
+        part.write_text(text, encoding="utf-8")
 
 
 def _item(path: Path, title: str, caption: str, folder: Path) -> dict[str, Any]:

@@ -23,6 +23,7 @@ from scipy.spatial.distance import cdist
 from infotraj.errors import InputError, problem
 from infotraj.residual.affine_prior import AffinePrior
 from infotraj.rotations import Array
+from infotraj.writing import whole
 
 # what numpy and zipfile raise on a damaged archive
 _UNREADABLE = (
@@ -254,16 +255,9 @@ class GaussianProcess:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write data and hyperparameters as .npz; the file appears whole or not at all."""
-        path = Path(path)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part = path.with_name(f".{path.name}.part")
-        try:
-            with part.open("wb") as stream:
-                stored: dict[str, Any] = {name: getattr(self, name) for name in _STORED} | self._affine_arrays()
-                np.savez(stream, **stored)
-            os.replace(part, path)
-        finally:
-            part.unlink(missing_ok=True)
+        stored: dict[str, Any] = {name: getattr(self, name) for name in _STORED} | self._affine_arrays()
+        with whole(Path(path)) as part, part.open("wb") as stream:
+            np.savez(stream, **stored)
 
     def _affine_arrays(self) -> dict[str, Array]:
         if self.affine is None:
