@@ -117,6 +117,33 @@ def test_an_argument_of_another_kind_is_one_line(call, said):
     assert "\n" not in str(error.value)
 
 
+class Named:
+    """A path of another library: it has no more than `__fspath__`."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def __fspath__(self):
+        return str(self.path) if isinstance(self.path, Path) else self.path
+
+
+def test_a_path_of_another_library_is_one(tmp_path):
+    flight = infotraj.read_flight(Named(FLIGHT))
+    told = infotraj.compare(Named(VEHICLE), [Named(FLIGHT)]).as_dict()
+    assert told == infotraj.compare(VEHICLE, Named(FLIGHT)).as_dict() == infotraj.compare(VEHICLE, FLIGHT).as_dict()
+    (tmp_path / "mapping.yaml").write_text("extends: flight_table\n")
+    made = infotraj.import_log(Named(FLIGHT), Named(tmp_path / "mapping.yaml"))
+    assert len(made.table) == len(flight.table)
+    made.write(Named(tmp_path / "again.csv"))
+    infotraj.save_model(infotraj.load_model(Named(VEHICLE)), Named(tmp_path / "new.yaml"))
+    assert (tmp_path / "again.csv").is_file()
+    assert (tmp_path / "new.yaml").is_file()
+    with pytest.raises(InputError, match=r"none\.py: no such file"):
+        infotraj.diagnose(VEHICLE, FLIGHT, effects_from=Named(tmp_path / "none.py"))
+    with pytest.raises(UsageError, match="a flight of type Named; expected a path"):
+        infotraj.read_flight(Named(b"flight.parquet"))
+
+
 def test_one_file_of_effects_may_be_given_alone(tmp_path):
     with pytest.raises(InputError, match=r"none\.py: no such file or folder"):
         infotraj.diagnose(VEHICLE, FLIGHT, effects_from=str(tmp_path / "none.py"))

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from infotraj import comparing
-from infotraj.arguments import as_several, require_part, require_seed
+from infotraj.arguments import AnyPath, as_several, is_path, require_part, require_seed
 from infotraj.checking.acceptance import accepting
 from infotraj.checking.admission import admitted, checked
 from infotraj.checking.codes import known
@@ -44,8 +43,8 @@ __all__ = [
     "save_model",
 ]
 
-AnyFlight = Flight | str | Path
-AnyModel = Model | str | Path
+AnyFlight = Flight | AnyPath
+AnyModel = Model | AnyPath
 
 
 @dataclass(frozen=True)
@@ -190,7 +189,7 @@ def diagnose(
     flights: AnyFlight | Iterable[AnyFlight],
     *,
     reference: AnyFlight | Iterable[AnyFlight] = (),
-    effects_from: Iterable[str | Path] = (),
+    effects_from: AnyPath | Iterable[AnyPath] = (),
     accept: Sequence[str] = (),
     start: float | None = None,
     stop: float | None = None,
@@ -210,10 +209,10 @@ def diagnose(
     return Diagnosed(found)
 
 
-def _model(model: AnyModel, effects_from: Iterable[str | Path] = ()) -> Model:
+def _model(model: AnyModel, effects_from: AnyPath | Iterable[AnyPath] = ()) -> Model:
     if isinstance(model, Model):
         return model
-    if not isinstance(model, str | Path):
+    if not is_path(model):
         found = f"a model of type {type(model).__name__}"
         raise UsageError(problem(found, "a path or a Model", "`infotraj.load_model` reads one."))
     return load_model(model, effects_from)
@@ -249,7 +248,7 @@ def _given(flights: AnyFlight | Iterable[AnyFlight]) -> list[Any]:
     alone = isinstance(flights, Flight | pd.DataFrame | dict) or not isinstance(flights, Iterable)
     given: list[Any] = [flights] if alone else as_several("flights", flights, "paths or Flights")
     for one in given:
-        if not isinstance(one, Flight | str | Path):
+        if not (isinstance(one, Flight) or is_path(one)):
             table = "`infotraj.flight.Flight(table)` makes one of a table."
             remedy = table if isinstance(one, pd.DataFrame) else "Read it first."
             raise InputError(problem(f"a flight of type {type(one).__name__}", "a path or a Flight", remedy))

@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterable
 from numbers import Integral, Real
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 from infotraj.errors import UsageError, problem
+
+AnyPath = str | os.PathLike[str]
+
+
+def is_path(value: object) -> TypeGuard[AnyPath]:
+    """Whether it is a path: a str, a Path, or what another library has for one; bytes are none."""
+    return isinstance(value, str | os.PathLike) and isinstance(os.fspath(value), str)
 
 
 def as_path(name: str, value: Any) -> Path:
     """A path. UsageError for what is none."""
-    if not isinstance(value, str | Path):
+    if not is_path(value):
         raise UsageError(problem(f"{name} of type {type(value).__name__}", "a path", "Give a str or a Path."))
     return Path(value)
 
@@ -25,7 +33,7 @@ def as_paths(name: str, value: Any) -> list[Path]:
 
 def as_several(name: str, value: Any, expected: str) -> list[Any]:
     """What is in a list or another collection; what is alone (a text, a path) as the only one."""
-    if isinstance(value, str | Path):
+    if is_path(value):
         return [value]
     if not isinstance(value, Iterable) or isinstance(value, bytes):
         raise UsageError(problem(f"{name} of type {type(value).__name__}", expected, "Give a list."))

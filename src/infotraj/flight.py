@@ -16,7 +16,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import yaml
 
-from infotraj.arguments import as_path
+from infotraj.arguments import AnyPath, as_path
 from infotraj.digest import sha256 as sha256
 from infotraj.errors import InputError, problem
 from infotraj.options import MOST_STEPS
@@ -92,7 +92,7 @@ class Flight:
         keep = (self.t >= start) & (self.t < stop)
         return Flight(self.table[keep].reset_index(drop=True), dict(self.meta))
 
-    def write(self, path: str | Path) -> None:
+    def write(self, path: AnyPath) -> None:
         """Writes .parquet (metadata inside) or .csv (metadata in NAME.meta.yaml beside it), whole or not at all."""
         path = Path(path)
         if path.suffix not in (".parquet", ".csv"):
@@ -128,7 +128,7 @@ def command_steps(flight: Flight) -> int:
     return count
 
 
-def read_flight(path: str | Path) -> Flight:
+def read_flight(path: AnyPath) -> Flight:
     """Reads a flight table (.csv or .parquet). InputError, one line, for anything that is not one."""
     path = as_path("a flight", path)
     if not path.is_file():

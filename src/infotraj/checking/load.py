@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from infotraj.arguments import AnyPath
 from infotraj.checking.beside import Beside
 from infotraj.checking.finding import Finding
 from infotraj.checking.questions import incomplete
@@ -34,8 +35,8 @@ class Loaded:
 
 
 def load(
-    path: str | Path,
-    mapping: Mapping | str | Path | None = None,
+    path: AnyPath,
+    mapping: Mapping | AnyPath | None = None,
     start: float | None = None,
     stop: float | None = None,
     settings: Settings | None = None,

@@ -7,6 +7,7 @@ from collections.abc import Collection, Hashable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from infotraj.arguments import AnyPath, is_path
 from infotraj.checking.acceptance import accepting
 from infotraj.checking.admission import beside
 from infotraj.checking.conventions import convention_findings
@@ -26,8 +27,8 @@ from infotraj.vehicle import Vehicle
 
 
 def check_logs(
-    paths: Sequence[str | Path],
-    mapping: Mapping | str | Path | None = None,
+    paths: Sequence[AnyPath],
+    mapping: Mapping | AnyPath | None = None,
     vehicle: Vehicle | None = None,
     start: float | None = None,
     stop: float | None = None,
@@ -41,7 +42,7 @@ def check_logs(
     without a second look, the same numbers in another format after it. accept: codes of findings that the user
     overrules, beside those that a flight's metadata accept.
     """
-    chosen = load_mapping(mapping) if isinstance(mapping, (str, Path)) else mapping
+    chosen = load_mapping(mapping) if is_path(mapping) else mapping
 
     def read(path: Path) -> Loaded:
         loaded = load(path, chosen, start, stop, settings)
@@ -50,7 +51,7 @@ def check_logs(
     def judged(path: Path, loaded: Loaded, judge: Judge = convention_findings) -> Check:
         found = examine(loaded, vehicle, judge)
         findings = standing(found.findings, loaded.plan, loaded.flight.meta)
-        if isinstance(mapping, (str, Path)):
+        if is_path(mapping):
             findings = [replace(f, remedy=by_mapping(f.remedy, str(mapping))) for f in findings]
         return replace(found, source=str(path), findings=findings)
 

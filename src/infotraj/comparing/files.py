@@ -6,13 +6,13 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from os import PathLike
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 import click
 
 from infotraj import __version__
+from infotraj.arguments import is_path
 from infotraj.checking.acceptance import accepting
 from infotraj.checking.admission import admitted as let_in
 from infotraj.checking.admission import checked, part
@@ -120,7 +120,7 @@ def apart(
 
 
 def _files(flights: Sequence[object]) -> set[Path]:
-    return {Path(f).resolve() for f in flights if isinstance(f, str | PathLike)}
+    return {Path(f).resolve() for f in flights if is_path(f)}
 
 
 def write_json(content: dict[str, Any], path: Path) -> None:

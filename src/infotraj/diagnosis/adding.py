@@ -6,9 +6,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
+from infotraj.arguments import AnyPath
 from infotraj.checking.acceptance import accepted_in, accepted_lines
 from infotraj.comparing.equation_error import AXES
 from infotraj.comparing.statistics import Statistics
@@ -105,7 +105,7 @@ def add(
     names: Sequence[str],
     flights: Sequence[Flight],
     *,
-    effects_from: Iterable[str | Path] = (),
+    effects_from: AnyPath | Iterable[AnyPath] = (),
     start: float | None = None,
     stop: float | None = None,
 ) -> Added:

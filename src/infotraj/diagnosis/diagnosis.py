@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from infotraj.arguments import AnyPath
 from infotraj.checking.acceptance import accepted_in
 from infotraj.comparing.equation_error import AXES
 from infotraj.comparing.statistics import Statistics, statistics
@@ -143,7 +143,7 @@ def diagnose(
     model: Model,
     flights: Sequence[Flight],
     *,
-    effects_from: Iterable[str | Path] = (),
+    effects_from: AnyPath | Iterable[AnyPath] = (),
     matters: float = MATTERS,
     seed: int = 0,
     start: float | None = None,
@@ -259,7 +259,7 @@ def learn(
     model: Model,
     reference: Sequence[Flight],
     *,
-    effects_from: Iterable[str | Path] = (),
+    effects_from: AnyPath | Iterable[AnyPath] = (),
     start: float | None = None,
     stop: float | None = None,
 ) -> Healthy:

@@ -16,7 +16,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
 
-from infotraj.arguments import as_paths
+from infotraj.arguments import AnyPath, as_paths
 from infotraj.effects.base import Effect
 from infotraj.effects.rotor_height import RotorHeight
 from infotraj.effects.rotor_torque import RotorTorque
@@ -31,7 +31,7 @@ _FAMILIES = (
 )
 
 
-def catalogue(paths: Iterable[str | Path] = ()) -> dict[str, type[Effect]]:
+def catalogue(paths: AnyPath | Iterable[AnyPath] = ()) -> dict[str, type[Effect]]:
     """Every known effect by name, built-in ones in the catalogue's order, then the user's.
 
     paths: files or folders beside those of INFOTRAJ_EFFECTS and of the entry points. InputError where a file cannot be
@@ -49,7 +49,7 @@ def catalogue(paths: Iterable[str | Path] = ()) -> dict[str, type[Effect]]:
     return found
 
 
-def effect_class(name: str, paths: Iterable[str | Path] = ()) -> type[Effect]:
+def effect_class(name: str, paths: AnyPath | Iterable[AnyPath] = ()) -> type[Effect]:
     """The effect of that name, or the number of the file. UsageError, with the names that come close, for no such."""
     known = catalogue(paths)
     if name in OF_THE_FILE:
@@ -72,7 +72,7 @@ def _built_in() -> dict[str, type[Effect]]:
     return found
 
 
-def effect_files(paths: Iterable[str | Path] = ()) -> list[Path]:
+def effect_files(paths: AnyPath | Iterable[AnyPath] = ()) -> list[Path]:
     """The files with a user's own effects, there or not: of `paths` (files or folders) and of INFOTRAJ_EFFECTS."""
     named = [
         *as_paths("effects_from", paths),
@@ -87,7 +87,7 @@ def effect_files(paths: Iterable[str | Path] = ()) -> list[Path]:
     return files
 
 
-def _of_files(paths: Iterable[str | Path]) -> list[tuple[str, ModuleType]]:
+def _of_files(paths: AnyPath | Iterable[AnyPath]) -> list[tuple[str, ModuleType]]:
     files = effect_files(paths)
     for path in files:
         if not path.is_file():

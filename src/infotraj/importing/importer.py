@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from infotraj.arguments import as_path, require_part
+from infotraj.arguments import AnyPath, as_path, require_part
 from infotraj.errors import InputError, problem
 from infotraj.flight import Flight
 from infotraj.importing import clock, derive, resample
@@ -25,8 +25,8 @@ from infotraj.rotations import Array
 
 
 def import_log(
-    path: str | Path,
-    mapping: Mapping | str | Path | None = None,
+    path: AnyPath,
+    mapping: Mapping | AnyPath | None = None,
     *,
     start: float | None = None,
     stop: float | None = None,

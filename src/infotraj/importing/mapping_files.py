@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any
 import yaml
 from pydantic import ValidationError
 
+from infotraj.arguments import AnyPath
 from infotraj.errors import UsageError, problem
 from infotraj.importing.mapping import Mapping
 from infotraj.importing.settings import merged, with_settings
@@ -26,9 +28,9 @@ def shipped() -> dict[str, Mapping]:
     return {m.name: m for m in (_mapping(yaml.safe_load(f.read_text()), f.name) for f in found)}
 
 
-def load_mapping(name: str | Path) -> Mapping:
+def load_mapping(name: AnyPath) -> Mapping:
     """A shipped mapping by its name, or a mapping file (YAML) by its path. UsageError where it is neither."""
-    return _load(str(name), None, 0)
+    return _load(os.fspath(name), None, 0)
 
 
 def parse_mapping(content: object, source: str = "mapping") -> Mapping:
@@ -41,10 +43,10 @@ def parse_mapping(content: object, source: str = "mapping") -> Mapping:
     return _parse(content, source, Path(source).parent, 0)
 
 
-def mapping_files(name: str | Path) -> list[Path]:
+def mapping_files(name: AnyPath) -> list[Path]:
     """The file of a mapping and those that it extends, as far as they can be read; none of a shipped one."""
     found: list[Path] = []
-    following, folder = str(name), None
+    following, folder = os.fspath(name), None
     while following not in shipped() and len(found) <= _DEEPEST:
         path = _place(following, folder)
         found.append(path)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from infotraj.arguments import AnyPath
 from infotraj.errors import UsageError, problem
 from infotraj.importing import clock, convert, resample
 from infotraj.importing.channels import CHANNELS
@@ -68,8 +69,8 @@ class Streams:
 
 
 def read_streams(
-    path: str | Path,
-    mapping: Mapping | str | Path | None = None,
+    path: AnyPath,
+    mapping: Mapping | AnyPath | None = None,
     *,
     definitions: tuple[Path, ...] = (),
     allow_damaged: bool = False,
@@ -99,7 +100,7 @@ def read_streams(
 @contextmanager
 def opened(
     path: Path,
-    mapping: Mapping | str | Path | None,
+    mapping: Mapping | AnyPath | None,
     definitions: tuple[Path, ...] = (),
     allow_damaged: bool = False,
     settings: Settings | None = None,

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from infotraj.arguments import as_path
+from infotraj.arguments import AnyPath, as_path
 from infotraj.effects.base import Effect, Parameter
 from infotraj.effects.registry import effect_class
 from infotraj.errors import InputError, UsageError, problem
@@ -21,7 +21,7 @@ from infotraj.writing import whole
 _ROUNDED = 1e-6  # of a bound: a number that a fit left at it may be rounded
 
 
-def load_model(path: str | Path, effects_from: Iterable[str | Path] = ()) -> Model:
+def load_model(path: AnyPath, effects_from: AnyPath | Iterable[AnyPath] = ()) -> Model:
     """The model of a model file, or of a vehicle file (no effects). InputError, one line, where it is not valid.
 
     effects_from: files or folders with the user's own effects, beside INFOTRAJ_EFFECTS and installed packages.
@@ -29,7 +29,7 @@ def load_model(path: str | Path, effects_from: Iterable[str | Path] = ()) -> Mod
     return read_model(path, effects_from)[0]
 
 
-def read_model(path: str | Path, effects_from: Iterable[str | Path] = ()) -> tuple[Model, ModelFile]:
+def read_model(path: AnyPath, effects_from: AnyPath | Iterable[AnyPath] = ()) -> tuple[Model, ModelFile]:
     """The model of a file and the file's whole content, standard errors and provenance included."""
     path = as_path("a model", path)
     file = read_content(path)
@@ -46,7 +46,7 @@ def read_model(path: str | Path, effects_from: Iterable[str | Path] = ()) -> tup
     return model, file
 
 
-def _effect(entry: EffectEntry, vehicle: Vehicle, effects_from: Iterable[str | Path]) -> Effect:
+def _effect(entry: EffectEntry, vehicle: Vehicle, effects_from: AnyPath | Iterable[AnyPath]) -> Effect:
     """The effect of an entry. InputError where a parameter is left out, or is beyond its physical bounds."""
     cls = effect_class(entry.name, effects_from)
     effect = cls(**entry.parameters)
@@ -79,7 +79,7 @@ def _widest(cls: type[Effect], vehicle: Vehicle, p: Parameter) -> tuple[float, f
 
 def save_model(
     model: Model,
-    path: str | Path,
+    path: AnyPath,
     *,
     standard_errors: Iterable[Mapping[str, Any]] = (),
     provenance: Provenance | None = None,
