@@ -19,8 +19,8 @@ import yaml
 from infotraj.arguments import AnyPath, as_path
 from infotraj.digest import sha256 as sha256
 from infotraj.errors import InputError, problem
-from infotraj.options import MOST_STEPS
 from infotraj.rotations import Array
+from infotraj.sparse_commands import COMMAND_STEPS, MOST_STEPS
 from infotraj.text_rows import header, row_delimiters, uneven_row
 from infotraj.writing import whole
 
@@ -35,9 +35,7 @@ COMMANDED_WRENCH = COMMANDED_FORCE + COMMANDED_TORQUE
 REFERENCE_POSITION = ("ref_px", "ref_py", "ref_pz")
 REFERENCE_ATTITUDE = ("ref_qw", "ref_qx", "ref_qy", "ref_qz")
 
-# Metadata: how many steps the commands made between two rows that hold them. 1, or absent: they were held.
 PART = "part"  # metadata of a part of a flight: s, where it begins and ends
-COMMAND_STEPS = "command_steps"
 
 _META_KEY = b"infotraj"
 

@@ -12,9 +12,10 @@ from typing import Any
 
 import click
 
+from infotraj.sparse_commands import MOST_STEPS
+
 PATH = click.Path(path_type=Path)
 Decorator = Callable[[Any], Any]
-MOST_STEPS = 200  # of commands from one row to the next: time and memory grow with them
 
 
 class _Finite:

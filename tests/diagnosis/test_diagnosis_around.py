@@ -20,7 +20,8 @@ from infotraj.diagnosis.select.scaling import scaled
 from infotraj.diagnosis.select.swinging import _variant, shape_of
 from infotraj.effects import effect_class
 from infotraj.effects.rotor_torque import RotorTorque
-from infotraj.flight import COMMAND_STEPS, Flight
+from infotraj.flight import Flight
+from infotraj.sparse_commands import COMMAND_STEPS
 from infotraj.vehicle import load_vehicle
 
 OMAV = load_vehicle(Path(__file__).parents[2] / "config/vehicles/omav.yaml")

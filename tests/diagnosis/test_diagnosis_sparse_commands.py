@@ -20,9 +20,10 @@ from infotraj.diagnosis.select.prior import file_only
 from infotraj.diagnosis.select.reading import as_commanded
 from infotraj.effects import catalogue
 from infotraj.errors import InputError
-from infotraj.flight import COMMAND_STEPS, Flight, command_steps, read_flight, stepped
+from infotraj.flight import Flight, command_steps, read_flight, stepped
 from infotraj.models import Model
 from infotraj.models.recorded import recorded
+from infotraj.sparse_commands import COMMAND_STEPS
 from infotraj.vehicle import load_vehicle
 
 VEHICLES = Path(__file__).parents[2] / "config/vehicles"

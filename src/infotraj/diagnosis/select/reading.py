@@ -19,7 +19,8 @@ from infotraj.diagnosis.select.around import Linear, linearised
 from infotraj.diagnosis.select.choosing import searched
 from infotraj.diagnosis.select.prior import EACH, STAMP
 from infotraj.dynamics.inputs import command_columns
-from infotraj.flight import COMMAND_STEPS, Flight, stepped
+from infotraj.flight import Flight, stepped
+from infotraj.sparse_commands import COMMAND_STEPS
 from infotraj.vehicle import Vehicle
 
 _SPARSE = 0.0075  # s between rows with commands: a controller of more than 133 Hz is usual
