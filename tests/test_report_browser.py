@@ -170,6 +170,22 @@ def test_it_fits_the_width_it_is_given(chromium, quad_report, width):
     page.context.close()
 
 
+def test_it_fits_a_phone_with_long_names_of_files(chromium, content, tmp_path):
+    """A file name without a blank is wider than the screen: it is broken where it stands in a sentence."""
+    name = f"/data/{'_'.join(['healthy', 'flight', 'of', 'november'] * 4)}.parquet"
+    answer = content["answer"] | {
+        "reference": {"flights": [name, name], "balance_only": [name]},
+        "warnings": [f"{name} is short"],
+        "accepted": [{"code": "gap", "what": name}],
+    }
+    rejected = [{"path": name, "reason": f"{name}: 0 bytes"}]
+    write_page(content | {"answer": answer, "rejected": rejected}, tmp_path / "long.html")
+    page = Opened(chromium, tmp_path / "long.html", viewport={"width": 400, "height": 900})
+    assert name in page.tab.locator("#missing").inner_text()
+    assert page.tab.evaluate("document.documentElement.scrollWidth") == 400
+    page.context.close()
+
+
 def test_in_the_dark_page_and_lines_change_and_paper_stays_white(chromium, quad_report):
     page = Opened(chromium, quad_report / "report.html", color_scheme="dark")
     color = "getComputedStyle(document.body).backgroundColor"
