@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
 
 from infotraj.checking.finding import Finding
@@ -12,6 +10,7 @@ from infotraj.dynamics.actuators import body_wrench
 from infotraj.dynamics.inputs import CHANNEL, SURPLUS, Surplus, for_vehicle, speed_columns, surplus
 from infotraj.errors import InputError
 from infotraj.flight import COMMANDED_FORCE, SPECIFIC_FORCE, Flight
+from infotraj.importing.streams import noted_instance
 from infotraj.rotations import Array, Mask
 from infotraj.vehicle import Vehicle
 
@@ -127,9 +126,8 @@ def _surplus(found: Surplus, flight: Flight) -> Finding:
 
 def _another_instance(found: Surplus, flight: Flight) -> str:
     """The setting that takes another instance of the topic, where import noted that the log has one."""
-    instance = re.compile(rf"--set {CHANNEL[found.prefix]}\.instance=\d+")
-    named = next(filter(None, map(instance.search, map(str, flight.meta.get("notes") or ()))), None)
-    return f"; or, of the topic's other instance, infotraj import LOG {named[0]} -o NEW.parquet" if named else ""
+    setting = noted_instance(CHANNEL[found.prefix], flight.meta.get("notes") or ())
+    return f"; or, of the topic's other instance, {command((setting,))}" if setting is not None else ""
 
 
 def _signed(flight: Flight, airborne: Mask, vehicle: Vehicle) -> list[Finding]:

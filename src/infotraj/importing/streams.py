@@ -8,6 +8,7 @@ mapping's order, that carries all of its fields.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -25,6 +26,7 @@ _DEFAULT_TIME = {
     "ulog": TimeMap(fields=("timestamp_sample", "timestamp"), unit="us"),
     "crazyflie": TimeMap(fields=("timestamp",), unit="ns"),
 }
+_INSTANCE = ".instance="
 
 
 @dataclass(eq=False)
@@ -154,8 +156,14 @@ def _override(stream: StreamMap, fitting: list[Any]) -> str:
     chosen, *others = [topic for _, topic, _ in fitting]
     if any(other.name != chosen.name for other in others):
         return "override with a mapping"
-    channel = next(iter(stream.channels))
-    return f"override with --set {channel}.instance={others[0].instance}"
+    return f"override with --set {next(iter(stream.channels))}{_INSTANCE}{others[0].instance}"
+
+
+def noted_instance(channel: str, notes: Iterable[object]) -> str | None:
+    """The setting that takes another instance of a channel's topic, where a note of the import has one."""
+    setting = re.compile(rf"(?<=--set ){re.escape(channel + _INSTANCE)}\d+")
+    found = filter(None, (setting.search(str(note)) for note in notes))
+    return next((f[0] for f in found), None)
 
 
 def _most_moving_first(log: Log, stream: StreamMap, fitting: list[Any], notes: list[str]) -> None:
