@@ -8,8 +8,12 @@ import yaml
 from click.testing import CliRunner
 from exact_simulation import fly
 
+from infotraj.checking.settings import by_mapping, of_log
 from infotraj.cli import cli
-from infotraj.errors import UsageError
+from infotraj.errors import InputError, UsageError
+from infotraj.flight import read_flight
+from infotraj.importing.foreign import foreign
+from infotraj.importing.log import what_is_left
 from infotraj.suggested import again, quoted, unused
 
 QUADROTOR = Path(__file__).parents[1] / "config" / "vehicles" / "quadrotor.yaml"
@@ -111,6 +115,26 @@ def test_a_shell_takes_quoted_names_for_what_they_are():
     paths = ["a b.csv", "it's", "-x.csv", Path("plain.csv"), "$HOME", "a;b"]
     assert shlex.split(quoted(*paths)) == ["a b.csv", "it's", "./-x.csv", "plain.csv", "$HOME", "a;b"]
     assert quoted("plain.csv") == "plain.csv"
+
+
+def test_what_would_mend_a_log_takes_its_name_for_what_it_is(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    settings = "infotraj import LOG --set rate.unit=deg/s -o NEW.parquet"
+    Path("-x.txt").write_text("t,px\n0,1\n")
+    with pytest.raises(InputError) as text:
+        read_flight("-x.txt")
+    Path("-x y.csv").write_text("t,px,py\n0,1,2\n1,2,3\n2,3\n")
+    with pytest.raises(InputError) as cut:
+        read_flight("-x y.csv")
+    for said, name in (
+        (str(text.value), "./-x.txt"),
+        (str(cut.value), "'./-x y.csv'"),
+        (what_is_left(Path("-x.ulg")), "./-x.ulg"),
+        (of_log(settings, "-x.csv"), "./-x.csv"),
+        (by_mapping(settings, "-x.yaml"), "--mapping ./-x.yaml"),
+        (" ".join(foreign(b"\x1f\x8b", Path("-x.gz"))), "gunzip -k ./-x.gz"),
+    ):
+        assert f" {name} " in f"{said} ", said
 
 
 def test_without_a_running_command_only_what_was_found_is_repeated():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shlex
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -21,6 +20,7 @@ from infotraj.digest import sha256 as sha256
 from infotraj.errors import InputError, problem
 from infotraj.rotations import Array
 from infotraj.sparse_commands import COMMAND_STEPS, MOST_STEPS
+from infotraj.suggested import quoted
 from infotraj.text_rows import header, row_delimiters, uneven_row
 from infotraj.writing import whole
 
@@ -144,7 +144,7 @@ def read_flight(path: AnyPath) -> Flight:
             meta = yaml.safe_load(meta_path(path).read_text()) if meta_path(path).is_file() else {}
         else:
             model = "Is it a model? One MODEL comes first, before the flights."
-            remedy = model if path.suffix in (".yaml", ".yml") else f"infotraj import {path} -o flight.parquet"
+            remedy = model if path.suffix in (".yaml", ".yml") else f"infotraj import {quoted(path)} -o flight.parquet"
             raise InputError(problem(f"{path}: ends in '{path.suffix}'", "a flight table (.csv or .parquet)", remedy))
     except InputError:
         raise
@@ -169,7 +169,7 @@ def _require_even(path: Path) -> None:
     if uneven is not None:
         row, fields, is_last = uneven
         where = "the last row" if is_last else f"row {row}"
-        left = f"infotraj import {shlex.quote(str(path))} --allow-damaged -o NEW.parquet"
+        left = f"infotraj import {quoted(path)} --allow-damaged -o NEW.parquet"
         remedy = f"Copy it again, or take what is left of it: {left}" if is_last else "Write it again."
         raise InputError(problem(f"{path}: {where} has {fields} fields", f"{expected + 1}", remedy))
 

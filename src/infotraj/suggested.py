@@ -17,9 +17,9 @@ _REPEATED = (
 )  # fmt: skip
 
 
-def quoted(*paths: object) -> str:
-    """Paths as a shell takes them, each as one argument that no command takes for an option."""
-    return " ".join(shlex.quote(f"./{p}" if str(p).startswith("-") else str(p)) for p in paths)
+def quoted(*words: object) -> str:
+    """Paths and settings as a shell takes them, each as one argument that no command takes for an option."""
+    return " ".join(shlex.quote(f"./{w}" if str(w).startswith("-") else str(w)) for w in words)
 
 
 def again(command: str, *, command_steps: int = 1) -> str:

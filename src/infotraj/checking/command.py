@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shlex
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -104,7 +103,7 @@ def _next(
 ) -> list[str]:
     from infotraj.checking.settings import mended_by_fix
 
-    read = (f" --mapping {quoted(mapping)}" if mapping else "") + "".join(f" --set {shlex.quote(c)}" for c in changes)
+    read = (f" --mapping {quoted(mapping)}" if mapping else "") + "".join(f" --set {quoted(c)}" for c in changes)
     if not kept:
         first = next((c for c in rejected if c.findings[0].code != "unreadable"), None)
         if first is None:

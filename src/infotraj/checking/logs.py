@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Collection, Hashable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -23,6 +22,7 @@ from infotraj.errors import InputError
 from infotraj.flight import Flight, sha256
 from infotraj.importing import Mapping, Settings, load_mapping
 from infotraj.progress import step
+from infotraj.suggested import quoted
 from infotraj.vehicle import Vehicle
 
 
@@ -97,5 +97,5 @@ def _unreadable(path: Path, error: InputError) -> Finding:
     found, _, rest = line.partition("; expected ")
     expected, _, remedy = rest.partition(". ")
     what = f"{found}, expected {expected}" if remedy else line
-    explain = f"infotraj import {shlex.quote(str(path))} --explain"
+    explain = f"infotraj import {quoted(path)} --explain"
     return Finding("unreadable", "reject", what, "nothing can be said about it", remedy.rstrip(".") or explain)

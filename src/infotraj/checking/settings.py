@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import shlex
-
 import numpy as np
 
 from infotraj.checking.finding import Finding
 from infotraj.dynamics.inputs import SURPLUS
 from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY
 from infotraj.rotations import Array
+from infotraj.suggested import quoted
 
 CHANNEL_OF = {
     POSITION: "position",
@@ -22,7 +21,7 @@ CHANNEL_OF = {
 
 def command(settings: tuple[str, ...]) -> str:
     """The import that applies the settings, as a shell takes it."""
-    return " ".join(["infotraj import LOG", *(f"--set {shlex.quote(s)}" for s in settings), "-o NEW.parquet"])
+    return " ".join(["infotraj import LOG", *(f"--set {quoted(s)}" for s in settings), "-o NEW.parquet"])
 
 
 # What `import --fix` cannot find, since it knows no vehicle.
@@ -39,18 +38,18 @@ def remedy_of(finding: Finding) -> str:
     remedy = finding.remedy.rstrip(".")
     if not mended_by_fix(finding):
         return remedy
-    options = " ".join(f"--set {shlex.quote(s)}" for s in finding.settings)
+    options = " ".join(f"--set {quoted(s)}" for s in finding.settings)
     return remedy.replace(f" {options} -o NEW.parquet", f" --fix -o NEW.parquet (or {options})")
 
 
 def of_log(remedy: str, source: str) -> str:
     """The remedy with the log's own name in its command, so that it can be given as it stands."""
-    return remedy.replace("infotraj import LOG ", f"infotraj import {shlex.quote(source)} ")
+    return remedy.replace("infotraj import LOG ", f"infotraj import {quoted(source)} ")
 
 
 def by_mapping(remedy: str, mapping: str) -> str:
     """The remedy with the mapping that the log was read with in its command."""
-    return remedy.replace("infotraj import LOG ", f"infotraj import LOG --mapping {shlex.quote(mapping)} ")
+    return remedy.replace("infotraj import LOG ", f"infotraj import LOG --mapping {quoted(mapping)} ")
 
 
 def axes_setting(channel: str, axes: Array) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from dataclasses import replace
 from typing import Any
 
@@ -13,6 +12,7 @@ from infotraj.importing import Mapping, Plan, parse_settings, shipped
 from infotraj.importing.again import FLIGHT_TABLE
 from infotraj.importing.on_top import on_top
 from infotraj.importing.settings import same_reading, with_settings
+from infotraj.suggested import quoted
 
 
 def standing(findings: list[Finding], plan: Plan | None, meta: dict[str, Any] | None = None) -> list[Finding]:
@@ -45,11 +45,11 @@ def _of_origin(settings: tuple[str, ...], meta: dict[str, Any]) -> str:
         meta = meta["origin"]
     log, mapping, before = meta.get("source_file"), meta.get("mapping"), meta.get("settings")
     if not isinstance(log, str) or not isinstance(mapping, str) or mapping == FLIGHT_TABLE:
-        options = " ".join(f"--set {shlex.quote(s)}" for s in settings)
+        options = " ".join(f"--set {quoted(s)}" for s in settings)
         return f"import the log that this table was made of anew, with {options}"
     together = (*before, *settings) if isinstance(before, list) else settings
     named = mapping if mapping in shipped() else f"{mapping}.yaml"
-    again = command(together).replace("import LOG", f"import {shlex.quote(log)} --mapping {shlex.quote(named)}")
+    again = command(together).replace("import LOG", f"import {quoted(log)} --mapping {quoted(named)}")
     file = "" if mapping in shipped() else f" ({named}: your file of the mapping {mapping})"
     return f"with the log that this table was made of: {again}{file}"
 

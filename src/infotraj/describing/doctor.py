@@ -62,7 +62,7 @@ def diagnosed(check: Check, model: Model, accept: frozenset[str] = frozenset()) 
             found = "neither forces nor torques can be told from it with this vehicle"
         return True, f"{code}: {found}; do: {what}"
     if not check.source.endswith((".parquet", ".csv")):
-        return True, f"a log, not yet a flight table; do: infotraj import {check.source} -o flight.parquet"
+        return True, f"a log, not yet a flight table; do: infotraj import {quoted(check.source)} -o flight.parquet"
     lost, doubtful = _unanswered(check, model, accept)
     if isinstance(lost, str):
         return True, lost

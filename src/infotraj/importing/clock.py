@@ -9,7 +9,6 @@ runs at another speed, as in simulation). Times are kept as logged while the log
 
 from __future__ import annotations
 
-import shlex
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,6 +21,7 @@ from infotraj.importing.log import Samples
 from infotraj.importing.mapping import TimeMap
 from infotraj.importing.units import UNITS
 from infotraj.rotations import Array
+from infotraj.suggested import quoted
 
 _EPOCH_S = 1e8
 _LONGEST_STEP_S = 3600.0
@@ -181,7 +181,7 @@ def tidy(t: Array, label: str, path: Path, may_reorder: bool, notes: list[str]) 
     usual = float(np.median(step)) if step.size else 0.0
     unit = next((u for u in ("us", "ns") if usual * UNITS["time"][u][0] < 1.0), None)
     if usual > _LONGEST_STEP_S and unit is not None:
-        remedy = f"infotraj import {shlex.quote(str(path))} --set time.unit={unit} -o NEW.parquet"
+        remedy = f"infotraj import {quoted(path)} --set time.unit={unit} -o NEW.parquet"
         raise InputError(problem(f"{log}: rows are {usual:.4g} s apart", "a time in s", remedy))
     jumps = np.flatnonzero(step > _LONGEST_STEP_S)
     if jumps.size:

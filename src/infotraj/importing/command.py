@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import shlex
 import sys
 from pathlib import Path
 from typing import Any
@@ -255,13 +254,13 @@ def _fixed(
             click.echo(f"{log}: nothing that a setting would mend", err=True)
     rejects = list(dict.fromkeys(f.code for f in mended.left if f.severity == "reject"))
     if rejects:
-        read = f"--mapping {shlex.quote(mapping)} " if mapping is not None else ""
-        options = "".join(f"--set {shlex.quote(s)} " for s in settings_text(mended.settings))
+        read = f"--mapping {quoted(mapping)} " if mapping is not None else ""
+        options = "".join(f"--set {quoted(s)} " for s in settings_text(mended.settings))
         raise InputError(
             problem(
                 f"{log}: --fix leaves {', '.join(rejects)}",
                 "a log that settings mend",
-                f"See what is left: infotraj check {shlex.quote(str(log))} {read}{options}".rstrip(),
+                f"See what is left: infotraj check {quoted(log)} {read}{options}".rstrip(),
             )
         )
     return mended.settings

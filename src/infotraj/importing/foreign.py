@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import shlex
 from pathlib import Path
+
+from infotraj.suggested import quoted
 
 # First bytes: what it is, and what to do with the file in place of {}.
 _PACKED = (
@@ -21,7 +22,7 @@ _ENCODED = (
 
 def foreign(head: bytes, path: Path) -> tuple[str, str] | None:
     """What the file holds and what to do with it, by its first bytes; None where they say nothing."""
-    name = shlex.quote(str(path))
+    name = quoted(path)
     for magic, what, remedy in _PACKED:
         if head.startswith(magic):
             return what, remedy.format(name)

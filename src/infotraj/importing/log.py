@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -11,6 +10,7 @@ from typing import Any, Protocol
 
 from infotraj.errors import InfotrajError, InputError, problem
 from infotraj.rotations import Array
+from infotraj.suggested import quoted
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class Log(Protocol):
 
 def what_is_left(path: Path) -> str:
     """What to do with a log that was cut or damaged, as a command that works."""
-    command = f"infotraj import {shlex.quote(str(path))} --allow-damaged -o NEW.parquet"
+    command = f"infotraj import {quoted(path)} --allow-damaged -o NEW.parquet"
     return f"Copy it again, or take what is left of it: {command}"
 
 
