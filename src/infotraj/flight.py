@@ -35,7 +35,7 @@ COMMANDED_WRENCH = COMMANDED_FORCE + COMMANDED_TORQUE
 REFERENCE_POSITION = ("ref_px", "ref_py", "ref_pz")
 REFERENCE_ATTITUDE = ("ref_qw", "ref_qx", "ref_qy", "ref_qz")
 
-PART = "part"  # metadata of a part of a flight: s, where it begins and ends
+PART = "infotraj: part"  # metadata of a part of a flight: s, where it begins and ends. No log has a key of this name
 
 _META_KEY = b"infotraj"
 

@@ -250,7 +250,7 @@ class Report(Handler):
         self.set_header("Content-Type", "text/html; charset=utf-8")
         # The page is kept and sent on: the window's own folder ends with the app, and its name is the window's key.
         own = f"{window.work.relative_to(window.folder.top)}{os.sep}"
-        self.finish(window.page.read_text().replace(own, ""))
+        self.finish(window.page.read_text("utf-8").replace(own, ""))
 
 
 class View(Handler):

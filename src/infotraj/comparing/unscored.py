@@ -21,13 +21,13 @@ def unscored(
     reasons = list(dict.fromkeys(reasons))
     left = [f"{n} {reason}" for reason, n in left_out.items() if n]
     found = f"{what} ({'; '.join(filter(None, [', '.join(left), *reasons]))})"
+    if window is not None and not reasons and sum(left_out.values()) < rows:
+        longer = f"a stretch without a gap that is longer than the window of {window:g} s"
+        short = f"{what} ({'; '.join([*left, 'the others hold no whole window'])})"
+        return InputError(problem(short, longer, "Give a smaller --window, or more of the flight."))
     lacks = file_lacks(reasons)
     if lacks:
         return InputError(
             problem(found, f"a vehicle file with {' and '.join(lacks)}", "Add what it lacks to the file.")
         )
-    if window is not None and not reasons and sum(left_out.values()) < rows:
-        longer = f"a stretch without a gap that is longer than the window of {window:g} s"
-        short = f"{what} ({'; '.join([*left, 'the others hold no whole window'])})"
-        return InputError(problem(short, longer, "Give a smaller --window, or more of the flight."))
     return InputError(problem(found, _FLIGHT, "Leave it out."))
