@@ -182,11 +182,12 @@ def _completed(known: dict[str, Any], kind: str) -> str:
 def _held_against(file: Path, flight: Path, accept: tuple[str, ...]) -> None:
     from infotraj.comparing import files
     from infotraj.comparing.equation_error import equation_error
-    from infotraj.describing.against import seen
+    from infotraj.describing.against import of_rotors, seen
     from infotraj.models import load_model
 
     model = load_model(file)
     let_in = files.admitted([flight], model.vehicle, lambda f: equation_error(model, f), Reading(accept=accept))
-    for one in seen(let_in.found[0]):
+    error = let_in.found[0]
+    for one in seen(error, rotors=of_rotors(model, let_in.flights[0], error)):
         click.echo(f"{'  ' if one.good else '! '}{one.sentence}")
     files.say_unmet(accept, let_in.codes)
