@@ -1,5 +1,6 @@
 """The model that is given: no axis of flights that were not fitted is predicted worse for what is named."""
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -33,9 +34,10 @@ def _linear(monkeypatch):
     monkeypatch.setattr(giving, "left", left)
 
 
-def drag_on(sizes):
-    """A fit of linear_drag, whose number on each axis is `sizes` (axes, flights), usual sizes, in each flight."""
-    drag = catalogue()["linear_drag"]
+def drag_on(sizes, name="linear_drag", corrects=frozenset()):
+    """A fit of an effect along x, y, z, whose number on each axis is `sizes` (axes, flights), usual sizes, in each
+    flight. corrects: as a number of the file."""
+    drag = catalogue()[name]
     candidate = Candidate(drag, tuple(p for p in drag.parameters if not p.index))
     rng = np.random.default_rng(0)
     gram = np.zeros((3, FLIGHTS, 4, 4))
@@ -59,14 +61,15 @@ def drag_on(sizes):
         ),
         (Member(candidate, candidate.absent(VEHICLE)),),
         columns,
-        (Choice("linear_drag", (0, 1, 2), 3.0),),
+        (Choice(name, (0, 1, 2), 3.0),),
         (None,),
         (),
         None,
         sums,
     )
     scales = Scales(0.0)
-    return Fit(linear, (0,), scales, linear.scorer(scales).solution((0,)))
+    solution = linear.scorer(scales).solution((0,))
+    return Fit(linear, (0,), replace(scales, corrects=frozenset(corrects)), solution)
 
 
 def test_what_holds_on_flights_that_were_not_fitted_stays():
@@ -85,6 +88,15 @@ def test_a_number_on_which_flights_do_not_agree_stays_absent_and_is_said():
     (member,) = fit.members
     assert member.effect.values["d"][2] == 0.0
     assert member.effect.values["d"][0] == pytest.approx(1.0 * fit.linear.columns[0].scale, rel=0.05)
+
+
+def test_of_a_force_that_corrects_the_file_the_axis_goes_that_is_predicted_worse():
+    """The level of the world takes an error off along z, and is as good as nothing along y."""
+    sizes = [[1.0] * 4, [1.0, -0.9, 1.1, -1.0], [5.0] * 4]
+    fit, lost, held_back = _pruned(drag_on(sizes, "steady_force", {"steady_force"}))
+    assert (lost, held_back) == ({}, {})
+    assert fit.solution.theta[1] == 0.0
+    np.testing.assert_allclose(fit.solution.theta[[0, 2]], [1.0, 5.0], rtol=0.05)
 
 
 def test_an_effect_without_a_number_left_is_lost():

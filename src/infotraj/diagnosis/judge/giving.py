@@ -27,7 +27,7 @@ from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.fit import Fit
 from infotraj.diagnosis.select.predicting import TELLS, left, net
 from infotraj.diagnosis.select.prior import SCALES, Scales
-from infotraj.diagnosis.select.score import Solution
+from infotraj.diagnosis.select.score import Choice, Solution
 from infotraj.diagnosis.select.search import Search
 from infotraj.flight import VELOCITY, Flight
 from infotraj.progress import reached
@@ -275,23 +275,24 @@ def _pruned(made: Fit) -> tuple[Fit, dict[str, str], dict[str, str]]:
 
 
 def _units(made: Fit) -> dict[tuple[int, ...], str]:
-    """What may stay absent by itself, with its effect's label: each number of a vector, or an effect as a whole; of
-    what corrects the file all numbers of a kind, with that kind."""
+    """What may stay absent by itself, with its effect's label: each number of a vector, or an effect as a whole.
+
+    Where several effects of a kind correct the file, as every rotor does, all numbers of that kind, with the kind.
+    """
+    vehicle = made.linear.observation.vehicle
     units: dict[tuple[int, ...], str] = {}
-    of_kind: dict[str, tuple[int, ...]] = {}
-    for i in made.chosen:
-        choice = made.linear.choices[i]
-        columns = [made.linear.columns[c] for c in choice.columns]
-        if choice.label in made.scales.corrects:
-            declared = columns[0].candidate.cls.declared
-            assert declared is not None  # a number of the file is declared
-            of_kind[declared.kind] = (*of_kind.get(declared.kind, ()), *choice.columns)
-            continue
-        at = places(columns[0].candidate, made.linear.observation.vehicle)
-        vector = len({at[c.place].parameter for c in columns}) == 1 and len(columns) > 1
-        for unit in [(c,) for c in choice.columns] if vector else [choice.columns]:
-            units[unit] = choice.label
-    return {**units, **{unit: kind for kind, unit in of_kind.items()}}
+    of_kind: dict[str, list[Choice]] = {}
+    for choice in (made.linear.choices[i] for i in made.chosen):
+        declared = made.linear.columns[choice.columns[0]].candidate.cls.declared
+        corrects = choice.label in made.scales.corrects and declared is not None
+        of_kind.setdefault(declared.kind if corrects and declared else choice.label, []).append(choice)
+    for label, choices in of_kind.items():
+        every = tuple(c for choice in choices for c in choice.columns)
+        columns = [made.linear.columns[c] for c in every]
+        at = places(columns[0].candidate, vehicle)
+        vector = len(choices) == 1 < len(every) and len({at[c.place].parameter for c in columns}) == 1
+        units |= {(c,): label for c in every} if vector else {every: label}
+    return units
 
 
 def _acts(made: Fit, each: Array, columns: Sequence[int], axis: int) -> bool:
