@@ -62,6 +62,44 @@ def test_files_are_written_though_nobody_reads_the_answer(all_of_it, tmp_path):
     assert all_of_it or done.stderr.startswith("next: ")
 
 
+ANSWERS = ["effects", "data list", "history vehicle.yaml"]
+
+
+def in_shell(words, redirected):
+    line = f"{sys.executable} -m infotraj.cli {words} {redirected}"
+    return subprocess.run(["bash", "-c", line], capture_output=True, text=True, cwd=QUAD, check=False)
+
+
+@pytest.mark.parametrize("words", ANSWERS)
+def test_an_answer_that_nobody_reads_is_no_failure(words):
+    """As in `infotraj effects | head -1`, and with the output closed."""
+    ours, theirs = os.pipe()
+    os.close(ours)
+    words_of = [sys.executable, "-m", "infotraj.cli", *words.split()]
+    done = subprocess.run(words_of, stdout=theirs, stderr=subprocess.PIPE, text=True, cwd=QUAD, check=False)
+    os.close(theirs)
+    closed = in_shell(words, ">&-")
+    assert (done.returncode, closed.returncode) == (0, 0), done.stderr + closed.stderr
+    assert closed.stderr == done.stderr
+    assert "error" not in done.stderr
+
+
+def test_closed_input_is_no_terminal():
+    done = in_shell("vehicle new -o none.yaml", "<&-")
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no full device")
+@pytest.mark.parametrize("words", ["effects", "history vehicle.yaml", "--help"])
+def test_an_answer_that_cannot_be_written_is_one_line_and_status_1(words):
+    done = in_shell(words, "> /dev/full")
+    assert done.returncode == 1
+    wrong = [line for line in done.stderr.splitlines() if not line.lower().startswith("next: ")]
+    assert len(wrong) == 1
+    assert "standard output" in wrong[0]
+
+
 def test_the_version_is_one_and_every_page_that_states_it_agrees():
     top = Path(__file__).parents[1]
     assert run("--version").stdout.strip() == f"infotraj, version {__version__}"

@@ -13,7 +13,7 @@ from typing import Any
 import click
 
 from infotraj import __version__
-from infotraj.errors import InfotrajError
+from infotraj.errors import InfotrajError, problem
 
 # A command's module is imported when the command is called: `infotraj --help` need not load numpy.
 COMMANDS = {
@@ -81,6 +81,7 @@ def main() -> None:
     # Small matrices are slower with several BLAS threads; a user's own setting wins.
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")
+    sys.stdin = sys.stdin or open(os.devnull)  # noqa: SIM115 - for as long as the process lives
     sys.stdout, sys.stderr = _dropping(sys.stdout), _dropping(sys.stderr)
     try:
         cli(prog_name="infotraj")
@@ -89,25 +90,44 @@ def main() -> None:
         sys.exit(error.exit_status)
     finally:
         _no_escape_code_at_the_end()
+        _require_written(sys.stdout)
 
 
 class _Dropping(io.FileIO):
-    """A pipe whose reader may go, as in `infotraj ... | head -1`: what nobody reads is dropped, and the command goes on
-    to write its files."""
+    """An output that may end early, as in `infotraj ... | head -1` or on a full disk: what is not taken is dropped,
+    and the command goes on to write its files. `failed`: why, where it was not that the reader had gone."""
+
+    failed: OSError | None = None
 
     def write(self, data: Any, /) -> int:
         try:
             return super().write(data)
         except BrokenPipeError:
             return len(data)
+        except OSError as error:
+            self.failed = error
+            return len(data)
 
 
 def _dropping(stream: Any) -> Any:
-    """The stream over `_Dropping`; a terminal, or what is no file of this process, as it is."""
-    if stream not in (sys.__stdout__, sys.__stderr__) or stream is None or stream.isatty():
+    """The stream over `_Dropping`; a terminal, or what is no file of this process, as it is. Where the shell has closed
+    it (`>&-`), one that nobody reads."""
+    if stream is None:
+        return open(os.devnull, "w")
+    if stream not in (sys.__stdout__, sys.__stderr__) or stream.isatty():
         return stream
     raw = io.BufferedWriter(_Dropping(stream.fileno(), "w", closefd=False))
     return io.TextIOWrapper(raw, stream.encoding, stream.errors, line_buffering=stream.line_buffering)
+
+
+def _require_written(stream: Any) -> None:
+    """Exit status 1, and one line, where a part of the answer could not be written."""
+    stream.flush()
+    failed = getattr(getattr(getattr(stream, "buffer", None), "raw", None), "failed", None)
+    if failed is not None:
+        found = f"the answer could not be written ({failed.strerror})"
+        click.echo(f"error: {problem(found, 'standard output with room for it', 'Write it elsewhere.')}", err=True)
+        sys.exit(InfotrajError.exit_status)
 
 
 def _no_escape_code_at_the_end() -> None:
