@@ -60,3 +60,25 @@ def test_the_results_that_are_published_are_tables_that_it_reads():
         tables = [b for b in blocks((TOP / "docs/results" / name).read_text()) if "rows" in b]
         assert tables, name
         assert all(len(row) == len(t["head"]) for t in tables for row in t["rows"]), name
+
+
+def test_a_long_table_is_read_on_a_phone_and_printed_from_the_first_page_on(folder, chromium):
+    claim = "Figure 4: error, informative minus the choice of the paper's cost, mean over the sizes"
+    rows = "".join(f"| {claim} [rad/s^2] | none | -0.0211 | [-0.0394, -0.00268] | yes |\n" for _ in range(32))
+    table = "| claim | paper | ours | 95 % interval | holds |\n|---|---|---|---|---|\n" + rows
+    (folder / "results/table.md").write_text(table)
+    write_index([entry("results/table.md")], [], {"task": {"deg": 30}}, 100, Path("results/index.html"))
+    tab = chromium.new_page(viewport={"width": 400, "height": 800})
+    tab.goto((folder / "results/index.html").as_uri())
+    assert tab.evaluate("document.documentElement.scrollWidth") <= 400
+    assert tab.locator("tbody th").first.bounding_box()["width"] > 150
+    printed = tab.pdf(format="A4")
+    tab.close()
+    assert len(re.findall(rb"/Type\s*/Page\b", printed)) == 2
+
+
+def test_a_page_that_is_printed_at_once_has_its_figures(folder):
+    write_index([entry("results/a b")], [], {"task": {"deg": 30}}, 100, Path("results/index.html"))
+    pictures = re.findall(r"<img [^>]*>", (folder / "results/index.html").read_text())
+    assert len(pictures) == 2
+    assert not any("lazy" in p for p in pictures)
