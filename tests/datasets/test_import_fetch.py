@@ -72,6 +72,13 @@ def test_no_server_is_one_line(tmp_path: Path) -> None:
     assert caught.value.exit_status == 1
 
 
+def test_a_folder_that_cannot_be_written_is_told_as_such_and_nothing_is_asked_for(tmp_path: Path) -> None:
+    (tmp_path / "data").write_text("")
+    with pytest.raises(InfotrajError, match=r"data.* is a file; .*Choose another place") as caught:
+        fetch.fetch("arpl_crazyflie", tmp_path / "data", "http://127.0.0.1:9")
+    assert "network" not in str(caught.value)
+
+
 def test_manifests_name_every_file() -> None:
     assert (len(fetch.entries("nanobench")), len(fetch.entries("arpl_crazyflie"))) == (26, 3)
     for name in fetch.DATA_SETS:

@@ -11,6 +11,7 @@ from pathlib import Path
 from infotraj.datasets.location import VARIABLE
 from infotraj.errors import InfotrajError, UsageError, problem
 from infotraj.flight import sha256
+from infotraj.outputs import require_outputs
 from infotraj.progress import progress
 
 
@@ -97,7 +98,8 @@ def fetch(name: str, root: Path, address: str | None = None) -> tuple[Path, int]
     """Fetches what is missing of a data set into root/name; (folder, files fetched).
 
     A file is stored only when its sha256 is right, and one that is there in an accepted form is not fetched again.
-    InfotrajError, one line, where the network or the repository fails. `address`: another server of the same files.
+    InfotrajError, one line, where the folder cannot be written, or the network or the repository fails. `address`:
+    another server of the same files.
     """
     from urllib.parse import quote
 
@@ -106,12 +108,12 @@ def fetch(name: str, root: Path, address: str | None = None) -> tuple[Path, int]
 
     data_set = _known(name)
     folder = root / name
-    fetched = 0
     quiet = pooch.get_logger()
     quiet.setLevel("ERROR")
-    for entry in progress(entries(name), f"fetching {name}, file"):
-        if present(entry, folder) is not None:
-            continue
+    missing = [entry for entry in entries(name) if present(entry, folder) is None]
+    if missing:
+        require_outputs({}, {"--dir": folder}, {})
+    for entry in progress(missing, f"fetching {name}, file"):
         url = f"{address or data_set.address}/{quote(entry.upstream_path)}"
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -131,8 +133,7 @@ def fetch(name: str, root: Path, address: str | None = None) -> tuple[Path, int]
                     f"Try again with a network, or put the file into {folder}.",
                 )
             ) from error
-        fetched += 1
-    return folder, fetched
+    return folder, len(missing)
 
 
 def _known(name: str) -> DataSet:
