@@ -4,6 +4,7 @@ import os
 import pty
 import subprocess
 import sys
+from contextlib import suppress
 
 import pytest
 from hypothesis import given
@@ -52,6 +53,23 @@ def test_only_a_terminal_folds():
     os.close(ours)
     assert len(seen) > 3
     assert max(map(len, seen)) <= 80
+
+
+@pytest.mark.parametrize("words", ["effects", "effects show mass_offset", "data list"])
+def test_a_catalogue_fits_on_a_terminal_and_stays_whole_in_a_pipe(words):
+    called = [sys.executable, "-m", "infotraj.cli", *words.split()]
+    piped = subprocess.run(called, capture_output=True, text=True, check=True).stdout
+    ours, theirs = pty.openpty()
+    asked = subprocess.Popen(called, stdout=theirs, stderr=subprocess.DEVNULL, env={**os.environ, "COLUMNS": "80"})
+    os.close(theirs)
+    seen = b""
+    with suppress(OSError), open(ours, "rb", buffering=0) as terminal:  # the terminal's end is an error
+        while more := terminal.read(4096):
+            seen += more
+    assert asked.wait() == 0
+    shown = seen.decode().splitlines()
+    assert max(map(len, piped.splitlines())) > 80 >= max(map(len, shown))
+    assert " ".join(shown).split() == piped.split()
 
 
 def test_no_command_writes_an_escape_code_to_a_terminal():

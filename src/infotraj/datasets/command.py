@@ -11,6 +11,8 @@ from infotraj import __version__
 from infotraj.datasets.fetch import DATA_SETS, default_root, entries, fetch, present
 from infotraj.options import quiet_option, say_next
 from infotraj.suggested import quoted
+from infotraj.terminal import show
+from infotraj.writing import whole
 
 
 @click.group("data")
@@ -29,11 +31,12 @@ def list_command(root: Path | None, json_file: Path | None) -> None:
         wanted = entries(data_set.name)
         here = [e.flight for e in wanted if present(e, root / data_set.name) is not None]
         rows.append({"name": data_set.name, "files": len(wanted), "here": len(here), "folder": str(root)})
-        click.echo(f"{data_set.name}: {data_set.what}")
-        click.echo(f"  {len(here)} of {len(wanted)} files in {root / data_set.name}; licence {data_set.licence}")
-        click.echo(f"  source: github.com/{data_set.repository} at {data_set.commit[:12]}")
+        show(f"{data_set.name}: {data_set.what}")
+        show(f"  {len(here)} of {len(wanted)} files in {root / data_set.name}; licence {data_set.licence}")
+        show(f"  source: github.com/{data_set.repository} at {data_set.commit[:12]}")
     if json_file is not None:
-        json_file.write_text(json.dumps({"infotraj": __version__, "data_sets": rows}, indent=2) + "\n")
+        with whole(json_file) as part:
+            part.write_text(json.dumps({"infotraj": __version__, "data_sets": rows}, indent=2) + "\n")
 
 
 @data_command.command("get")

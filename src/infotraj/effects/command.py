@@ -11,6 +11,7 @@ import click
 from infotraj.effects.base import Effect, Parameter
 from infotraj.effects.registry import catalogue, effect_class, effect_files
 from infotraj.outputs import require_outputs
+from infotraj.terminal import show
 from infotraj.writing import whole
 
 
@@ -25,13 +26,14 @@ def effects_command(context: click.Context, paths: tuple[Path, ...], json_path: 
         return
     require_outputs({"--json": json_path}, {}, {"a file with effects that are read": effect_files(paths)})
     known = catalogue(paths)
-    place = None
+    lines, place = [], None
     for cls in known.values():
         if cls.place != place:
             place = cls.place
-            click.echo(place)
+            lines.append(place)
         names = ", ".join(f"{p.name} ({p.unit})" for p in cls.parameters)
-        click.echo(f"  {cls.name:20} {names:42} {_first_line(cls)}")
+        lines.append(f"  {cls.name:20} {names:42} {_first_line(cls)}")
+    show("\n".join(lines))
     if json_path is not None:
         with whole(json_path) as part:
             part.write_text(json.dumps([described(c) for c in known.values()], indent=1) + "\n")
@@ -44,17 +46,12 @@ def effects_command(context: click.Context, paths: tuple[Path, ...], json_path: 
 def show_command(paths: tuple[Path, ...], name: str) -> None:
     """One effect: equation, source, parameters, what it needs."""
     cls = effect_class(name, paths)
-    click.echo(f"{cls.name}: acts on the {cls.place}\n")
-    click.echo(inspect.getdoc(cls) or "")
-    click.echo("\nParameters")
-    for p in cls.parameters:
-        click.echo(f"  {_line(p)}")
-    if cls.needs:
-        click.echo(f"Needs: {', '.join(cls.needs)}")
-    if cls.hidden_when:
-        click.echo(f"Cannot show when {cls.hidden_when}")
-    if cls.source:
-        click.echo(f"Source: {cls.source}")
+    lines = [f"{cls.name}: acts on the {cls.place}", "", inspect.getdoc(cls) or "", "", "Parameters"]
+    lines += [f"  {_line(p)}" for p in cls.parameters]
+    lines += [f"Needs: {', '.join(cls.needs)}"] if cls.needs else []
+    lines += [f"Cannot show when {cls.hidden_when}"] if cls.hidden_when else []
+    lines += [f"Source: {cls.source}"] if cls.source else []
+    show("\n".join(lines))
     click.echo("Next: infotraj diagnose MODEL FLIGHT..., or infotraj add MODEL EFFECT", err=True)
 
 

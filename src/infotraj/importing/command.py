@@ -16,6 +16,7 @@ from infotraj.errors import InputError, UsageError, problem
 from infotraj.options import Number, quiet_option, say_next
 from infotraj.progress import parts, waiting
 from infotraj.suggested import quoted
+from infotraj.terminal import show
 
 # % of the time after opening, of logs of 20 to 540 MB that were read on 26 November 2026: messages are decoded one by
 # one, rows of tables are not. Of blackbox and binary DataFlash logs nothing is counted while they are decoded.
@@ -134,7 +135,7 @@ def import_command(
                 _print_inventory(inventory, log, definitions, allow_damaged)
             continue
         if explain:
-            click.echo(explained(flight, read, definitions, allow_damaged))
+            show(explained(flight, read, definitions, allow_damaged))
         if target is not None:
             flight.write(target)
         if fix and target is not None:
@@ -210,7 +211,7 @@ def _require_rows(rows: str | None) -> None:
 
 def _print_inventory(inventory: Any, log: Path, definitions: tuple[Path, ...], allow_damaged: bool) -> None:
     try:
-        click.echo(inventory(log, definitions, allow_damaged))
+        show(inventory(log, definitions, allow_damaged))
     except InputError:
         return  # the line that rejects the log has said why it cannot be opened
 
