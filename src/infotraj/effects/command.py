@@ -26,7 +26,8 @@ def effects_command(context: click.Context, paths: tuple[Path, ...], json_path: 
         return
     require_outputs({"--json": json_path}, {}, {"a file with effects that are read": effect_files(paths)})
     known = catalogue(paths)
-    lines, place = [], None
+    lines: list[str] = []
+    place = None
     for cls in known.values():
         if cls.place != place:
             place = cls.place
