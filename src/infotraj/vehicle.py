@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from difflib import get_close_matches
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
@@ -209,6 +210,17 @@ class Vehicle(_Strict):
         """Inertia about the centre of mass, (3, 3), kg m^2. InputError where the file leaves it out."""
         return self.known_inertia().matrix()
 
+    @cached_property
+    def files(self) -> tuple[Path, ...]:
+        """What it was read from, as far as that is known: no model that is saved takes the place of one of these."""
+        return ()
+
+    def read_from(self, *files: Path) -> Vehicle:
+        """The same vehicle, of these files."""
+        made = self.model_copy()
+        made.__dict__["files"] = files
+        return made
+
 
 def load_vehicle(path: str | Path) -> Vehicle:
     """Reads a vehicle file (YAML). InputError, one line, where the file is missing, broken or inconsistent."""
@@ -217,7 +229,7 @@ def load_vehicle(path: str | Path) -> Vehicle:
         content = yaml.safe_load(path.read_text())
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise InputError(unread(path, error, "a vehicle file")) from error
-    return parse_vehicle(content, source=str(path))
+    return parse_vehicle(content, source=str(path)).read_from(path)
 
 
 def parse_vehicle(content: object, source: str = "vehicle") -> Vehicle:

@@ -310,6 +310,24 @@ def test_a_model_file_may_name_its_vehicle_beside_it(tmp_path):
     assert load_model(path).effects[0].factor == 0.9
 
 
+@pytest.mark.parametrize("name", ["v.yaml", "m.yaml", "sub/../v.yaml"])
+def test_no_model_is_saved_over_a_file_that_it_was_read_from(tmp_path, name):
+    """Nor is the model that a diagnosis makes of its vehicle."""
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "v.yaml").write_text(QUADROTOR.read_text() + "# a comment\n")
+    (tmp_path / "m.yaml").write_text("vehicle: v.yaml\neffects: []\n")
+    before = (tmp_path / name).read_text()
+    for model in (load_model(tmp_path / "m.yaml"), load_model(tmp_path / name)):
+        more = Model(model.vehicle, [effect_class("thrust_scale")(factor=0.9)])
+        with pytest.raises(UsageError, match="the model was read from; expected a new file"):
+            save_model(more, tmp_path / name)
+    assert (tmp_path / name).read_text() == before
+    save_model(more, tmp_path / "new.yaml")
+    save_model(more, tmp_path / "new.yaml")
+    with pytest.raises(UsageError, match="was read from"):
+        save_model(Model(load_vehicle(tmp_path / "v.yaml")), tmp_path / "v.yaml")
+
+
 WEAK = "{name: rotor_effectiveness, parameters: {rotor: 3, factor: 0.9}}"
 
 

@@ -13,8 +13,10 @@ from infotraj.arguments import AnyPath, as_path
 from infotraj.effects.base import Effect, Parameter
 from infotraj.effects.registry import effect_class
 from infotraj.errors import InputError, UsageError, problem
+from infotraj.models.behind import files_behind
 from infotraj.models.content import EffectEntry, ModelFile, Provenance, read_content
 from infotraj.models.model import Model
+from infotraj.outputs import require_outputs
 from infotraj.vehicle import Vehicle, load_vehicle, parse_vehicle
 from infotraj.writing import whole
 
@@ -38,6 +40,8 @@ def read_model(path: AnyPath, effects_from: AnyPath | Iterable[AnyPath] = ()) ->
         vehicle = load_vehicle(named if named.is_absolute() else path.parent / named)
     else:
         vehicle = parse_vehicle(file.vehicle, source=f"{path}: vehicle")
+    vehicles, ancestors = files_behind(path)
+    vehicle = vehicle.read_from(path, *vehicles, *ancestors)
     try:
         effects = [_effect(e, vehicle, effects_from) for e in file.effects]
         model = Model(vehicle, effects)
@@ -86,7 +90,7 @@ def save_model(
 ) -> None:
     """Writes a model file, whole or not at all; the vehicle is written into it, so that it stands alone.
 
-    InfotrajError, one line, where it cannot be written.
+    Folders are made. InfotrajError, one line, where it cannot be written, or where the model was read from this file.
 
     standard_errors: a mapping an effect, in the model's order; none where the model was not fitted.
     """
@@ -94,6 +98,7 @@ def save_model(
     if not isinstance(model, Model):
         found = f"a model of type {type(model).__name__}"
         raise UsageError(problem(found, "a Model", "`infotraj.diagnose(...).model` is one."))
+    require_outputs({"the model's new file": path}, {}, {"a file that the model was read from": model.vehicle.files})
     errors = [dict(e) for e in standard_errors] or [{} for _ in model.effects]
     if len(errors) != len(model.effects):
         raise UsageError(
