@@ -5,7 +5,7 @@ from __future__ import annotations
 from difflib import get_close_matches
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Any, Literal, NamedTuple, get_args
 
 import numpy as np
 import yaml
@@ -133,6 +133,18 @@ class Tilt(_Strict):
     max_rate: Positive = Field(float("inf"), description="rad/s")
 
 
+class Drive(NamedTuple):
+    """What a vehicle's wrench comes from, in words: what pushes, what turns about its axis, and what follows its commands."""
+
+    force: str
+    moment: str
+    follows: str
+
+
+OF_ROTORS = Drive("thrust of all rotors", "moment_constant of all rotors", "the rotors")
+OF_WRENCH = Drive("force", "torque about thrust_axis", "the wrench")
+
+
 class Vehicle(_Strict):
     """First-principles description of a multirotor. SI units, body frame x forward, y left, z up.
 
@@ -184,6 +196,11 @@ class Vehicle(_Strict):
             if rotor.tilt is not None and rotor.tilt >= len(self.tilts):
                 raise ValueError(f"{rotor.name}: tilt {rotor.tilt}, but there are {len(self.tilts)} tilts")
         return self
+
+    @property
+    def drive(self) -> Drive:
+        """What its wrench comes from, in words."""
+        return OF_WRENCH if self.inputs == "wrench" else OF_ROTORS
 
     @property
     def input_time_constants(self) -> Array:

@@ -1,5 +1,6 @@
 """Numbers of effects and of the file in their own units: value, standard error, and when they are told."""
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -164,6 +165,16 @@ def test_thrust_over_mass_has_the_doubt_of_the_thrust_that_is_not_named(monkeypa
     assert (ratio.name, ratio.doubt, ratio.large) == (numbers.THRUST_OVER_MASS, "why", False)
     (ratio,) = file_numbers(made, (), {"mass_offset": "why"})
     assert (ratio.doubt, ratio.large) == ("", True)
+
+
+def test_force_over_mass_is_the_ratio_of_a_vehicle_without_rotors(monkeypatch):
+    made = made_of(monkeypatch, [(candidate("thrust_scale"), 0, -1.0)], 0.04, labels=("thrust_scale",))
+    made.linear.observation.vehicle = VEHICLE.model_copy(update={"inputs": "wrench", "rotors": ()})
+    monkeypatch.setattr(numbers, "_takes", lambda made, along, faint: {})
+    (told,) = thrust_over_mass(made, ())
+    assert told.name == "force over mass, factor"
+    assert told.ratio
+    assert not replace(told, name="mass").ratio
 
 
 @pytest.mark.parametrize("size", [1.8, 1.6])

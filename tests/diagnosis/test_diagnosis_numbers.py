@@ -123,3 +123,14 @@ def test_a_number_of_the_file_has_the_unit_of_the_file(effect, name, unit):
     said, _, _ = cls.in_the_file(VEHICLE, 0, 0)
     assert said == name
     assert numbers._unit(candidate, candidate.form[0].name, said) == unit
+
+
+def test_a_vehicle_without_rotors_has_no_numbers_of_rotors():
+    pushed = VEHICLE.model_copy(update={"inputs": "wrench", "rotors": ()})
+    words = {x: effect_class(x).in_the_file(pushed, 0, 0)[0] for x in ("rotor_lag", "moment_scale", "mass_offset")}
+    assert words == {
+        "rotor_lag": "time_constant of the wrench, more by",
+        "moment_scale": "torque about thrust_axis, factor",
+        "mass_offset": "mass",
+    }
+    assert effect_class("rotor_lag").in_the_file(VEHICLE, 0, 0)[0] == "time_constant of the rotors, more by"

@@ -53,7 +53,7 @@ class RotorLag(Effect):
     needs = ("rotor commands", "moving command")
     source = "first-order lag of a speed-controlled motor; Bouabdallah (2007), 2.4"
     hidden_when = "no rotor command is recorded, or none changes"
-    declared = Declared("time", _LAG, "time_constant of the rotors, more by", alone=True)
+    declared = Declared("time", _LAG, "time_constant of {follows}, more by", alone=True)
 
     @classmethod
     def hidden(cls, vehicle: Vehicle, flight: Flight) -> str | None:

@@ -68,8 +68,8 @@ class Declared:
 
     kind: of numbers that are off together; "time" and "clock" are told no better than commands are stamped. deviation:
     standard deviation in a file that is right to 1 %, in usual sizes of the effect. words: what the number is called,
-    with {axis}, {place} and {rotor}; value: what is declared of it; alone: hardly any other does the same; most: of a
-    file that is off by more percent it is no further off.
+    with {axis}, {place}, {rotor} and the words of `vehicle.Drive`; value: what is declared of it; alone: hardly any
+    other does the same; most: of a file that is off by more percent it is no further off.
     """
 
     kind: str
@@ -197,7 +197,8 @@ class Effect(ABC):
         axis = AXES[place] if place < len(AXES) else str(place)
         if cls.declared is None:
             return f"{cls.name}.{axis}", 0.0, 1.0
-        return cls.declared.words.format(axis=axis, place=place, rotor=rotor), cls.declared.value, 1.0
+        words = cls.declared.words.format(axis=axis, place=place, rotor=rotor, **vehicle.drive._asdict())
+        return words, cls.declared.value, 1.0
 
     @classmethod
     def cannot_show(cls, vehicle: Vehicle, flight: Flight) -> str | None:

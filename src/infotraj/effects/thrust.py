@@ -106,7 +106,7 @@ class MomentScale(Effect):
     source = "Leishman, Principles of Helicopter Aerodynamics, 2.4 (torque coefficient)"
     hidden_when = "coaxial pairs turn at equal speed: their reaction torques cancel"
     like_commands = True
-    declared = Declared("moment", 1 / 15, "moment_constant of all rotors, factor", 1.0)  # 2 %
+    declared = Declared("moment", 1 / 15, "{moment}, factor", 1.0)  # 2 %
 
     @classmethod
     def hidden(cls, vehicle: Vehicle, flight: Flight) -> str | None:

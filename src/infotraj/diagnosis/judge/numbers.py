@@ -16,10 +16,12 @@ from infotraj.diagnosis.select.around import Column
 from infotraj.diagnosis.select.fit import Fit
 from infotraj.diagnosis.select.prior import SCALES, Scales
 from infotraj.rotations import Array
+from infotraj.vehicle import OF_ROTORS
 
 ORDINARY = 3.0  # standard deviations of this file's own errors: further off, a number is a finding
 OF_THRUST_OVER_MASS = frozenset({"mass_offset", "thrust_scale", "coaxial_loss"})  # names that say it
-THRUST_OVER_MASS = "thrust of all rotors over mass, factor"
+_OVER_MASS = "over mass, factor"
+THRUST_OVER_MASS = f"{OF_ROTORS.force} {_OVER_MASS}"
 _HALF = 0.5  # of the root mean square error
 _OF_PREDICTION = ("inertia", "rotors", "moment", "arms", "time", "clock")  # kinds that make it larger, or later
 _SEEN = 3.0  # standard errors by which a file number must be off to be told
@@ -43,6 +45,11 @@ class FileNumber:
     doubt: str = ""
     label: str = ""
     on: tuple[str, ...] = ()
+
+    @property
+    def ratio(self) -> bool:
+        """Whether it is what pushes over the mass, and not the one or the other."""
+        return self.name.endswith(_OVER_MASS)
 
     @property
     def large(self) -> bool:
@@ -187,7 +194,7 @@ def _unit(candidate: Candidate, parameter: str, name: str) -> str:
 def thrust_over_mass(
     made: Fit, named: Container[str] | None = None, scales: Scales | None = None, faint: Container[str] = ()
 ) -> list[FileNumber]:
-    """By which factor the thrust of all rotors over the mass is off, where flights show it; none where a name says it.
+    """By which factor what pushes over the mass is off, where flights show it; none where a name says it.
 
     Accelerations tell the ratio, and hardly ever which of the two is off: each alone may be within its error.
     named: effects that are named, those of the fit where not given: what is in the fit and not named is told here.
@@ -220,7 +227,8 @@ def thrust_over_mass(
     ordinary = abs(total) < ORDINARY * float(np.linalg.norm(weight * spike))
     factor = float(np.exp(total))
     takes, on = (0.0, ()) if scales else _most(_takes(made, weight, faint))
-    return [FileNumber(THRUST_OVER_MASS, 1.0, factor, error * factor, ordinary, takes=takes, on=on)]
+    name = f"{vehicle.drive.force} {_OVER_MASS}"
+    return [FileNumber(name, 1.0, factor, error * factor, ordinary, takes=takes, on=on)]
 
 
 def out_of_line(made: Fit, named: Container[str]) -> bool:

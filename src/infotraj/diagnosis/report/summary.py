@@ -10,7 +10,7 @@ from infotraj.checking.acceptance import accepted_in, accepted_lines
 from infotraj.comparing.equation_error import AXES
 from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.gates.refusal import axis_group
-from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS, THRUST_OVER_MASS, FileNumber
+from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS, FileNumber
 from infotraj.diagnosis.judge.verdicts import Finding
 from infotraj.diagnosis.judge.worse import worse_lines
 from infotraj.diagnosis.report.added_load import added_load
@@ -170,7 +170,7 @@ def sentence(found: Diagnosis) -> str:
         first += "; the numbers of your vehicle file make most of the error: corrected, "
         first += f"{of} of it is gone on {', '.join(mended)}"
         ratio = any(x.split()[0] in (*OF_THRUST_OVER_MASS, "rotor_effectiveness") for x in found.beside)
-        corrects = [n for n in large if n.label in found.beside or (n.name == THRUST_OVER_MASS and ratio)]
+        corrects = [n for n in large if n.label in found.beside or (n.ratio and ratio)]
         most = [_number_of_file(n) for n in corrects if n.ordinary and mended.keys() & set(n.on)][:_FIRST]
         first += f", first of all {' and '.join(most)}" if most else ""
     if found.unexplained.found:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from infotraj.diagnosis.judge.numbers import THRUST_OVER_MASS, FileNumber
+from infotraj.diagnosis.judge.numbers import FileNumber
 
 ONE_FINDING = "one finding with the ratio above"
 
@@ -14,7 +14,7 @@ def by_ratio(file: Sequence[FileNumber]) -> list[tuple[FileNumber, bool]]:
 
     Accelerations tell the ratio; a mass that is off beside it is the same error told again.
     """
-    ratio = [n for n in file if n.name == THRUST_OVER_MASS]
+    ratio = [n for n in file if n.ratio]
     parts = [n for n in file if ratio and (n.name == "mass" or n.name.endswith("thrust_coefficient"))]
     others = [n for n in file if n not in ratio and n not in parts]
     return [(n, n in parts) for n in (*ratio, *parts, *others)]
