@@ -171,3 +171,17 @@ def test_command_writes_json_and_figures(tmp_path):
     assert content["places"][0]["region"]["ci95"][0] > 1.0
     assert {p.name for p in figures.glob("*.png")} == {"places.png", "residuals.png", "time.png", "lags.png"}
     assert "next: infotraj diagnose" in done.stderr
+
+
+def test_a_diagnosis_comes_next_only_where_something_is_left(tmp_path):
+    path = tmp_path / "a.parquet"
+    said = []
+    for hidden in ({}, {"linear_drag": 0.3}):
+        flown(QUADROTOR, hidden, seconds=6.0).write(path)
+        said.append(CliRunner().invoke(locate_command, [str(QUADROTOR), str(path)], standalone_mode=False))
+    fits, drag = said
+    assert "no place" in fits.stdout
+    assert f"next: infotraj design {QUADROTOR} --flown {path} -o ref.csv" in fits.stderr
+    assert "nothing is left to name" in fits.stderr
+    assert f"next: infotraj diagnose {QUADROTOR} {path}" in drag.stderr
+    assert "nothing is left" not in drag.stderr

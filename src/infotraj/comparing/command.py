@@ -27,7 +27,7 @@ from infotraj.options import (
     window_option,
 )
 from infotraj.progress import waiting
-from infotraj.suggested import again, quoted, unused
+from infotraj.suggested import again, quoted
 from infotraj.terminal import show
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ def compare_command(
     from infotraj.comparing import files, summary, thresholds
     from infotraj.comparing.comparison import Comparison, compare
     from infotraj.comparing.equation_error import WINDOW
-    from infotraj.comparing.floor import AT_FLOOR
+    from infotraj.comparing.following import say_nothing_left
     from infotraj.comparing.outputs import try_outputs
     from infotraj.comparing.rollouts import parse_horizons
     from infotraj.comparing.unscored import unscored
@@ -165,12 +165,10 @@ def compare_command(
     said = thresholds.passed(comparison.models[0], limits)
     for sentence in said:
         click.echo(f"above the threshold: {sentence}", err=True)
-    named = quoted(*(f.meta["source"] for f in used))
+    named = [f.meta["source"] for f in used]
     if summary.at_floor(comparison.models[0].overall):
-        at_floor = f"every axis is within {AT_FLOOR:g} times its floor: nothing is left to name on these flights"
-        click.echo(at_floor, err=True)
-        say_next(f"infotraj design {quoted(model)} --flown {named}{again('design')} -o {unused('ref.csv')}")
+        say_nothing_left(model, named)
     else:
-        say_next(f"infotraj locate {quoted(model)} {named}{again('locate')}")
+        say_next(f"infotraj locate {quoted(model, *named)}{again('locate')}")
     if said:
         sys.exit(THRESHOLD_PASSED)

@@ -68,7 +68,9 @@ def locate_command(
 
     from infotraj.comparing import files
     from infotraj.comparing.equation_error import WINDOW, equation_error
+    from infotraj.comparing.following import say_nothing_left
     from infotraj.comparing.outputs import try_outputs
+    from infotraj.comparing.summary import at_floor
     from infotraj.comparing.unscored import unscored
     from infotraj.locating import summary
     from infotraj.locating.healthy import beside
@@ -131,5 +133,8 @@ def locate_command(
             record_comparison(recording, used[k], loaded, located.errors[k])
         say(quiet, f"{recording}: {located.paths[k]}")
     files.say_unmet(reading.accept, let_in.codes)
+    if at_floor(located.overall) and not located.places and healthy is None:
+        say_nothing_left(model, located.paths)
+        return
     beside_them = f" --reference {quoted(*healthy.paths)}" if healthy is not None else ""
     say_next(f"infotraj diagnose {quoted(model, *located.paths)}{beside_them}{again('diagnose')}")
