@@ -399,7 +399,7 @@ def test_a_page_that_names_nothing_says_what_corrects_the_file(content):
     changed["answer"]["corrected"] = [{"name": "mass_offset", "parameters": numbers, "standard_errors": numbers}]
     text = page(changed)
     assert "With the vehicle file corrected the held-out error of" in text
-    assert "What corrects the vehicle file in the new model; nothing is named." in text
+    assert "No effect is named; the new model corrects the vehicle file." in text
     assert "What is named, on flights" not in text
     assert "one may stand for another" not in text
     changed["answer"]["corrected"] *= 2

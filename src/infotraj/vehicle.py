@@ -134,7 +134,7 @@ class Tilt(_Strict):
 
 
 class Drive(NamedTuple):
-    """What a vehicle's wrench comes from, in words: what pushes, what turns about its axis, and what follows its commands."""
+    """What a vehicle's wrench comes from, in words: what pushes, what turns about its axis, what follows commands."""
 
     force: str
     moment: str

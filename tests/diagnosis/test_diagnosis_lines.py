@@ -38,7 +38,7 @@ def test_a_saved_model_with_other_numbers_says_why_in_one_line():
     assert written_otherwise(other) == ["linear_drag"]
     assert lines(same, MODEL, SAVED)[0].startswith("next: ")
     first, following, *_ = lines(other, MODEL, SAVED)
-    assert first.startswith("new.yaml has other numbers than the table for linear_drag: there they are fitted beside")
+    assert first.startswith("new.yaml has other numbers than the table for linear_drag: the table's are found")
     assert following.startswith("next: ")
     assert lines(other, MODEL, None)[0].startswith("next: ")
 

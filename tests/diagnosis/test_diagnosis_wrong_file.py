@@ -222,7 +222,7 @@ def test_a_file_that_is_off_by_ten_percent_is_corrected_and_nothing_is_named():
     given, corrected = (error_elsewhere(m, {}) for m in (Model(found.model.vehicle), found.model))
     assert corrected[2] < 0.5 * given[2]
     assert np.all(corrected < 1.1 * given)
-    assert "the new model corrects the file; nothing is named: " in as_text(found)
+    assert "no effect is named; the new model corrects the file: " in as_text(found)
     assert as_text(found).count("one may stand for another") == 1
     assert [e["name"] for e in as_dict(found)["corrected"]] == [e.name for e in found.model.effects]
     (group,) = given_groups(found)

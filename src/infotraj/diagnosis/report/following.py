@@ -10,7 +10,7 @@ from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.suggested import again, quoted, unused
 
 _DIGITS = 5e-4  # of a number: less is not seen in the table
-_WHY_OTHERWISE = "there they are fitted beside the file's own errors, here beside the file as the model has it"
+_WHY_OTHERWISE = "the table's are found with every number of the file free, the model's with only what it corrects free"
 OTHERS = "these flights were fitted; others in their place are the real test"
 
 

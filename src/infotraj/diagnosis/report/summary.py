@@ -239,14 +239,15 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
     load = added_load(found)
     if load is not None:
         lines.append(load.sentence())
-    beside = ", beside what is named" if found.supported else "; nothing is named"
+    corrects = "the new model corrects the file"
+    corrects = f"{corrects}, beside what is named" if found.supported else f"no effect is named; {corrects}"
     corrected = _corrected(found)
     if len(corrected) == 1:
         effect, has, deviations = corrected[0]
         numbers = " ".join(f"{k}={_plus_minus(v, deviations.get(k))}" for k, v in has.items())
-        lines.append(f"the new model corrects the file{beside}: {effect.name} {numbers}")
+        lines.append(f"{corrects}: {effect.name} {numbers}")
     elif corrected:
-        lines.append(f"the new model corrects the file{beside}: {labels_in_words(found.beside)}")
+        lines.append(f"{corrects}: {labels_in_words(found.beside)}")
         lines.append("corrections predict together; one may stand for another: what your file should say is above")
     explained = {s.axis for s in found.unexplained.axes}
     # Healthy flights have the file's own errors, too.
