@@ -57,5 +57,11 @@ def test_thrust_is_right_within_three_hundredths_of_its_mean(thrust, good):
     assert f"the flight has {thrust:.3f} of what" in found.sentence
 
 
+def test_a_vehicle_without_rotors_is_told_of_none():
+    """Its force and torque are commanded: what may be wrong in its file is the mass and the inertia."""
+    assert said(WAVE, WAVE, 0.8)["fz"].sentence.endswith("; divide the mass by 0.800")
+    assert "rotor" not in said(1.5 * WAVE, WAVE, 0.8)["tx"].sentence
+
+
 def test_an_axis_that_cannot_be_said_is_not_asked():
     assert said(WAVE, -WAVE, reasons={"tx": "no rates"})["tx"].sentence == "tx: not asked (no rates)"

@@ -40,7 +40,7 @@ class Seen:
 def seen(error: EquationError, names: tuple[str, ...] = AXES, rotors: Array | None = None) -> list[Seen]:
     """Thrust, and the three torques, of a flight against what the vehicle file predicts.
 
-    rotors (r, n, 6): what each rotor does of the predicted wrench, none by default.
+    rotors (r, n, 6): what each rotor does of the predicted wrench; none by default, as of a vehicle without rotors.
     """
     rotors = np.zeros((0, *error.predicted.shape)) if rotors is None else rotors
     out = [_thrust(error, rotors)]
@@ -73,6 +73,8 @@ def _thrust(error: EquationError, rotors: Array) -> Seen:
     said = f"thrust: the flight has {share:.3f} of what the file predicts"
     if abs(share - 1.0) <= 0.03:
         return Seen("fz", True, f"{said}: right")
+    if not len(rotors):
+        return Seen("fz", False, f"{said}; divide the mass by {share:.3f}")
     if abs(share - 1.0) <= _SURE * _DIFFER * float(np.linalg.norm(rotors[:, rows, 2].mean(axis=1))) / abs(predicted):
         return Seen("fz", False, f"{said}; one weak rotor, the thrust map or the mass: {_DIAGNOSE}")
     return Seen("fz", False, f"{said}; multiply the thrust of every rotor by {share:.3f}, or divide the mass by it")
@@ -100,11 +102,14 @@ def _torque(axis: str, measured: Array, predicted: Array, rotors: Array, floor: 
         return Seen(axis, True, f"{said}: right")
     if off <= unsure + _OFF or whole < _WHOLE:
         good = off <= max(_OFF, unsure)
-        return Seen(axis, good, f"{said}, +- {deviation:.2f} beside rotors that may differ; {_DIAGNOSE}")
+        beside = " beside rotors that may differ" if len(rotors) else ""
+        return Seen(axis, good, f"{said}, +- {deviation:.2f}{beside}; {_DIAGNOSE}")
     remedy = {
         "tx": f"divide inertia.xx by {share:.2f}",
         "ty": f"divide inertia.yy by {share:.2f}",
-        "tz": f"multiply moment_constant by {share:.2f}, or divide inertia.zz by it",
+        "tz": f"multiply moment_constant by {share:.2f}, or divide inertia.zz by it"
+        if len(rotors)
+        else f"divide inertia.zz by {share:.2f}",
     }[axis]
     return Seen(axis, False, f"{said}; {remedy}")
 
