@@ -40,5 +40,9 @@ rule all:
         rules.closed_loop.input if CONFIG.closed_loop.with_all else [],
 
 
+onstart:
+    forget_awaited()
+
+
 onerror:
     awaited()

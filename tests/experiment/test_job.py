@@ -85,9 +85,9 @@ def flown(path: Path, *, seconds: float = 6.0, offset: float = 0.0, without: str
     Flight(table.drop(columns=[without] if without else [])).write(path)
 
 
-def take(tmp_path: Path, asked: Path) -> Path:
+def take(tmp_path: Path, asked: Path, model: str | None = None) -> Path:
     target = tmp_path / "taken.parquet"
-    receive(folder=tmp_path / "flights", name="prior", reference=asked, flight=target)
+    receive(folder=tmp_path / "flights", name="prior", reference=asked, model=model, flight=target)
     return target
 
 
@@ -114,6 +114,12 @@ def test_a_flight_that_is_not_there_is_asked_for_by_name(tmp_path, asked):
     with pytest.raises(InputError, match=r"reference\.csv: no flight yet; .*flights/prior\.parquet or \.csv") as caught:
         take(tmp_path, asked)
     assert "\n" not in str(caught.value)
+    assert "with no learned model" in str(caught.value)
+
+
+def test_it_is_said_which_model_a_flight_is_to_be_flown_with(tmp_path, asked):
+    with pytest.raises(InputError, match=r"Fly the reference with the learned model own/prior\.npz in the controller"):
+        take(tmp_path, asked, "own/prior.npz")
 
 
 @pytest.mark.parametrize(
@@ -136,5 +142,6 @@ def test_a_wrong_flight_is_refused_in_one_line_and_nothing_is_written(tmp_path, 
 def test_two_files_for_one_flight_are_not_guessed_between(tmp_path, asked):
     flown(tmp_path / "flights" / "prior.csv")
     flown(tmp_path / "flights" / "prior.parquet")
-    with pytest.raises(InputError, match="both exist"):
+    with pytest.raises(InputError, match=r"prior\.csv and .*prior\.parquet; expected one .* remove") as caught:
         take(tmp_path, asked)
+    assert "Fly the reference" not in str(caught.value)

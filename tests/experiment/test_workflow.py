@@ -261,38 +261,54 @@ def test_an_interrupted_run_resumes_where_it_was(project):
     assert planned(project, target) == {}
 
 
+def own_vehicle(project: Path, target: str, more: str = "") -> list[str]:
+    """What a run with `execution: log` says last: a line for each flight that it waits for."""
+    (project / "own.yaml").write_text(TINY.replace("plants: [omav_a]\n", "execution: log\n") + more)
+    done = snakemake(project, target, config="own.yaml")
+    waiting = [line for line in done.stderr.splitlines() if line.startswith("Waiting: ")]
+    assert (done.returncode == 0) == (not waiting), done.stderr
+    return waiting
+
+
+def test_a_flight_is_asked_for_when_its_model_is_there_and_only_by_the_run_that_says_so(project):
+    stale = project / "results/logs/own/seed0/receive/informative_1.log"
+    stale.parent.mkdir(parents=True)
+    stale.write_text("results/own/seed0/round1/informative.csv: no flight yet\n")
+    (waiting,) = own_vehicle(project, "results/prediction.csv")
+    assert "results/references/task.csv: no flight yet" in waiting
+    assert "flights/seed0/prior.parquet or .csv" in waiting
+    assert "Fly the reference with no learned model in the controller" in waiting
+
+
 @pytest.mark.long
 def test_with_a_vehicle_of_your_own_the_run_waits_for_each_flight_and_goes_on(project):
     """A separate process that shares no code with the plant flies what the workflow asks for."""
-    (project / "own.yaml").write_text(TINY.replace("plants: [omav_a]\n", "execution: log\n"))
     target = "results/prediction.csv"
     flights = project / "flights" / "seed0"
     flights.mkdir(parents=True)
-
-    def run() -> list[str]:
-        done = snakemake(project, target, config="own.yaml")
-        waiting = [line for line in done.stderr.splitlines() if line.startswith("Waiting: ")]
-        assert (done.returncode == 0) == (not waiting), done.stderr
-        return waiting
 
     def fly(reference: str, name: str, seed: int) -> None:
         flyer, vehicle = TOP / "tests" / "support" / "independent_flyer.py", project / "config/vehicles/omav.yaml"
         arguments = [project / reference, vehicle, flights / f"{name}.csv", str(seed)]
         subprocess.run([sys.executable, flyer, *arguments], check=True)
 
-    task = "results/references/task.csv"
-    waiting = run()
-    assert len(waiting) == 3
-    for name, line in zip(("prior", "task_1", "test"), waiting, strict=True):
-        assert f"{task}: no flight yet" in line
+    def asked(name: str, line: str, reference: str, model: str) -> None:
+        assert f"{reference}: no flight yet" in line
         assert f"flights/seed0/{name}.parquet or .csv" in line
-    for seed, name in enumerate(("prior", "task_1", "test")):
-        fly(task, name, seed)
-    (waiting,) = run()
-    informative = "results/own/seed0/round1/informative.csv"
-    assert f"{informative}: no flight yet" in waiting
-    fly(informative, "informative_1", 3)
-    assert run() == []
+        assert f"Fly the reference with {model} in the controller" in line
+
+    task, informative = "results/references/task.csv", "results/own/seed0/round1/informative.csv"
+    learned = "the learned model results/own/seed0/prior.npz"
+    (waiting,) = own_vehicle(project, target)
+    asked("prior", waiting, task, "no learned model")
+    fly(task, "prior", 0)
+    waiting = own_vehicle(project, target)
+    later = {"informative_1": informative, "task_1": task, "test": task}
+    for (name, reference), line in zip(later.items(), waiting, strict=True):
+        asked(name, line, reference, learned)
+    for seed, (name, reference) in enumerate(later.items(), 1):
+        fly(reference, name, seed)
+    assert own_vehicle(project, target) == []
     errors = pd.read_csv(project / target).set_index("source")["error"]
     assert errors["task"] < 0.2 * errors["none"]
     assert errors["informative"] < 0.2 * errors["none"]

@@ -29,6 +29,7 @@ rule fly:
 rule receive:
     input:
         reference=flown_reference,
+        model=flown_model,
         delivered=lambda wildcards: delivered(Path(CONFIG.flights) / f"seed{wildcards.seed}", wildcards.flight),
     output:
         flight=f"{RUN}/received/{{flight}}.parquet",

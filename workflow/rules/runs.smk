@@ -130,10 +130,18 @@ def results():
     return wanted
 
 
+AWAITED = "results/logs/own/seed*/receive/*.log"
+
+
+def forget_awaited():
+    """Removes what earlier runs said of flights that they waited for: a run repeats its own words alone."""
+    for log in Path().glob(AWAITED):
+        log.unlink()
+
+
 def awaited():
     """Prints the references that wait for a flight, once more and below each other, when a run stops for them."""
-    if OWN_VEHICLE:
-        for log in sorted(Path("results/logs/own").glob("seed*/receive/*.log")):
-            flight = Path(f"results/own/{log.parts[3]}/received/{log.stem}.parquet")
-            if log.read_text() and not flight.exists():
-                print(f"Waiting: {log.read_text().strip()}", file=sys.stderr)
+    for log in sorted(Path().glob(AWAITED)) if OWN_VEHICLE else ():
+        flight = Path(f"results/own/{log.parts[3]}/received/{log.stem}.parquet")
+        if log.read_text() and not flight.exists():
+            print(f"Waiting: {log.read_text().strip()}", file=sys.stderr)

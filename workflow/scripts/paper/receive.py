@@ -6,5 +6,10 @@ from infotraj.experiment.common.job import job
 from infotraj.experiment.paper.receiving import receive
 
 with job(snakemake.log[0], snakemake.params.settings) as settings:
-    folder, name = Path(settings.flights) / f"seed{snakemake.wildcards.seed}", snakemake.wildcards.flight
-    receive(folder=folder, name=name, reference=snakemake.input.reference, flight=snakemake.output.flight)
+    receive(
+        folder=Path(settings.flights) / f"seed{snakemake.wildcards.seed}",
+        name=snakemake.wildcards.flight,
+        reference=snakemake.input.reference,
+        model=snakemake.input.model or None,
+        flight=snakemake.output.flight,
+    )

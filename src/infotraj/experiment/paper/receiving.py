@@ -15,22 +15,34 @@ _COVERED = 0.95  # share of the reference's duration that a flight must hold, so
 _APART = 1.0  # m, mean distance to the reference beyond which it must have been another flight
 
 
-def receive(*, folder: str | Path, name: str, reference: str | Path, flight: str | Path) -> None:
+def receive(
+    *, folder: str | Path, name: str, reference: str | Path, flight: str | Path, model: str | Path | None = None
+) -> None:
     """Takes the flight of FOLDER, checks it against its reference and writes its table to `flight`.
 
     It is a flight table (NAME.parquet or .csv) or any log that can be imported (NAME.bag, .mcap, .ulg, a bag's folder
-    NAME ...), with FOLDER/mapping.yaml where that is there and else the shipped mapping that fits.
+    NAME ...), with FOLDER/mapping.yaml where that is there and else the shipped mapping that fits. model: the learned
+    model that the controller is to fly with; None: the vehicle's first-principles model alone.
 
     InputError, one line, says where to put the flight while it is not there, or what is wrong with it.
     """
     found = delivered(folder, name)
-    if len(found) != 1:
-        state = "no flight yet" if not found else f"{' and '.join(found)} both exist"
+    if not found:
+        learned = "no learned model" if model is None else f"the learned model {model}"
         raise InputError(
             problem(
-                f"{reference}: {state}",
+                f"{reference}: no flight yet",
                 f"its flight table as {Path(folder) / name}.parquet or .csv, or its log under that name",
-                "Fly the reference, put the flight there and run the same command again.",
+                f"Fly the reference with {learned} in the controller, put the flight there and run the same command "
+                "again.",
+            )
+        )
+    if len(found) > 1:
+        raise InputError(
+            problem(
+                f"{reference}: {len(found)} flights, {' and '.join(found)}",
+                f"one file or folder called {name}",
+                "Keep the flight of this reference, remove what else has that name, and run the same command again.",
             )
         )
     table = _read(Path(found[0]), Path(folder) / MAPPING)
