@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from difflib import get_close_matches
 from functools import cached_property
 from pathlib import Path
@@ -9,14 +10,23 @@ from typing import Annotated, Any, Literal, NamedTuple, get_args
 
 import numpy as np
 import yaml
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
 from infotraj.errors import InputError, problem, swapped, unread
 from infotraj.rotations import Array
 
 Vector = Annotated[tuple[float, float, float], Field(description="three numbers, body frame")]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+
+def _no_switch(value: object) -> object:
+    if isinstance(value, bool):
+        raise ValueError("a number is expected, not true or false")
+    return value
+
+
+NUMBER = BeforeValidator(_no_switch)  # true is no 1
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False), NUMBER]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False), NUMBER]
 
 
 def _unit(v: tuple[float, float, float]) -> tuple[float, float, float]:
@@ -267,21 +277,39 @@ def parse_vehicle(content: object, source: str = "vehicle") -> Vehicle:
         raise InputError(f"{source}: {validation_line(error, Vehicle)}") from error
 
 
-def validation_line(error: ValidationError, of: type[BaseModel] | None = None) -> str:
+def validation_line(error: ValidationError, of: type[BaseModel]) -> str:
     """The first complaints of a pydantic validation as one line: where, what, and the value found.
 
-    of: the model that was validated; with it an unknown key is told from the nearest of the known ones.
+    of: the model that was validated, by which an unknown key is told from the nearest of the known ones.
     """
     parts = []
-    for entry in error.errors()[:3]:
+    complaints = [entry for entry in error.errors() if not _follows(entry)]
+    for entry in complaints[:3]:
         where = ".".join(str(p) for p in entry["loc"]) or "the file"
         if entry["type"] == "extra_forbidden":
             parts.append(f"{where}: unknown key; {_instead(str(entry['loc'][-1]), _known_keys(of, entry['loc'][:-1]))}")
         else:
             found = "" if entry["type"] == "missing" else f" (found {str(entry['input'])[:60]!r})"
-            parts.append(f"{where}: {entry['msg'].removeprefix('Value error, ')}{found}")
-    more = error.error_count() - 3
+            parts.append(f"{where}: {_plain(entry)}{found}")
+    more = len(complaints) - 3
     return "; ".join(parts) + (f"; and {more} more" if more > 0 else "")
+
+
+def _follows(entry: Any) -> bool:
+    """Whether a list is called short only because the members that are wrong, which are told, were left out."""
+    return entry["type"] == "too_short" and len(entry["input"]) >= entry["ctx"]["min_length"]
+
+
+def _plain(entry: Any) -> str:
+    """What pydantic says of one value, in words of the file instead of Python's where they differ."""
+    if entry["type"] in ("tuple_type", "list_type"):
+        single = isinstance(entry["input"], str | int | float)
+        return "a list is expected" + (f"; write [{entry['input']}]" if single else "")
+    if entry["type"] in ("dict_type", "model_type", "named_tuple_type"):
+        return "keys with values are expected"
+    if entry["type"] == "too_short":
+        return f"a list of at least {entry['ctx']['min_length']} is expected; name what is wanted"
+    return str(entry["msg"]).removeprefix("Value error, ")
 
 
 def _instead(key: str, known: list[str]) -> str:
@@ -291,17 +319,19 @@ def _instead(key: str, known: list[str]) -> str:
     return f"known: {', '.join(known)}" if known else "misspelt, or from another version: remove or correct it"
 
 
-def _known_keys(of: type[BaseModel] | None, place: tuple[int | str, ...]) -> list[str]:
+def _known_keys(of: Any, place: tuple[int | str, ...]) -> list[str]:
     """The keys that may stand at a place in a file; none where that is not known."""
     for step in place:
-        if of is None or step not in of.model_fields:
+        if of is None or step not in getattr(of, "model_fields", ()):
             continue  # a place in a list, or a name that the user gave
         inside = _models(of.model_fields[str(step)].annotation)
         of = inside[0] if len(inside) == 1 else None
-    return list(of.model_fields) if of is not None else []
+    known: Iterable[str] = getattr(of, "model_fields", ()) or getattr(of, "_fields", ())
+    return list(known)
 
 
-def _models(annotation: Any) -> list[type[BaseModel]]:
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+def _models(annotation: Any) -> list[type]:
+    """The models and records (named tuples) in an annotation."""
+    if isinstance(annotation, type) and (issubclass(annotation, BaseModel) or hasattr(annotation, "_fields")):
         return [annotation]
     return [m for inner in get_args(annotation) for m in _models(inner)]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from infotraj.vehicle import NotNegative, Positive
+
 
 class Gains(NamedTuple):
     """PID gains (per unit error, so that the action is an acceleration) and the limits of what is demanded.
@@ -14,17 +16,17 @@ class Gains(NamedTuple):
     cross at about 5 rad/s; yaw and the lateral forces wait for the tilts (a servo of 17 rad/s) and cross at about 3.
     """
 
-    position_p: float = 2.0
-    position_d: float = 2.5
-    position_i: float = 0.4
-    attitude_p: float = 9.0
-    attitude_d: float = 5.0
-    attitude_i: float = 3.0
-    yaw_p: float = 3.0
-    yaw_d: float = 3.0
-    yaw_i: float = 1.0
-    max_feedback_acceleration: float = 6.0
-    max_feedback_angular_acceleration: float = 12.0
-    max_specific_force: float = 20.0
-    max_angular_acceleration: float = 20.0
-    max_correction: float = 10.0
+    position_p: NotNegative = 2.0
+    position_d: NotNegative = 2.5
+    position_i: NotNegative = 0.4
+    attitude_p: NotNegative = 9.0
+    attitude_d: NotNegative = 5.0
+    attitude_i: NotNegative = 3.0
+    yaw_p: NotNegative = 3.0
+    yaw_d: NotNegative = 3.0
+    yaw_i: NotNegative = 1.0
+    max_feedback_acceleration: Positive = 6.0
+    max_feedback_angular_acceleration: Positive = 12.0
+    max_specific_force: Positive = 20.0
+    max_angular_acceleration: Positive = 20.0
+    max_correction: Positive = 10.0

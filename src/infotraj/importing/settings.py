@@ -125,7 +125,7 @@ def _replaced(part: Any, keys: dict[str, Any], name: str) -> Any:
     try:
         return type(part).model_validate(kept | given)
     except (ValidationError, RecursionError) as error:
-        line = validation_line(error) if isinstance(error, ValidationError) else "nested too deeply"
+        line = validation_line(error, type(part)) if isinstance(error, ValidationError) else "nested too deeply"
         raise UsageError(" ".join(f"set {name}.{line}".split())) from error
 
 

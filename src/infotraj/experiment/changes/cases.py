@@ -76,7 +76,7 @@ def read_changes(path: str | Path) -> tuple[ChangeStudy, HiddenStudy]:
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise UsageError(problem(f"{path}: cannot be read ({error})", "a YAML file", "Check the path.")) from error
     except ValidationError as error:
-        raise UsageError(f"{path}: {validation_line(error)}") from error
+        raise UsageError(f"{path}: {validation_line(error, ChangeStudy)}") from error
     hidden = read_study(Path(path).parent / study.hidden)
     unknown = sorted(set(study.cases) - set(hidden.vehicles))
     if unknown:

@@ -5,19 +5,37 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeVar
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from infotraj.control.gains import Gains
 from infotraj.errors import UsageError, problem
-from infotraj.vehicle import Positive, validation_line
+from infotraj.vehicle import NUMBER, NotNegative, Positive, validation_line
 
-Count = Annotated[int, Field(ge=1)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+T = TypeVar("T")
+
+
+def _named_once(values: tuple[T, ...]) -> tuple[T, ...]:
+    if twice := [value for value in values if values.count(value) > 1]:
+        raise ValueError(f"{twice[0]} is named twice; name it once")
+    return values
+
+
+def _one_folder(name: str) -> str:
+    if not re.fullmatch(r"[A-Za-z0-9_-]+", name):
+        raise ValueError("a name of letters, digits, _ and - is expected, without a folder or an ending")
+    return name
+
+
+Count = Annotated[int, Field(ge=1), NUMBER]
+Number = Annotated[int, Field(ge=0), NUMBER]
+Name = Annotated[str, AfterValidator(_one_folder)]  # it becomes a part of paths
+Distinct = Annotated[tuple[T, ...], Field(min_length=1), AfterValidator(_named_once)]
 
 
 class _Strict(BaseModel):
@@ -52,6 +70,15 @@ class Deviations(_Strict):
     )
     terms: Count = Field(2, description="P of eq. 17")
 
+    @model_validator(mode="after")
+    def _ordered(self) -> Deviations:
+        if self.min_frequency > self.max_frequency:
+            raise ValueError(
+                f"min_frequency {self.min_frequency:g} Hz is above max_frequency {self.max_frequency:g} Hz; "
+                "lower the one or raise the other"
+            )
+        return self
+
 
 class Learning(_Strict):
     """How a Gaussian process is learned from a flight."""
@@ -67,7 +94,7 @@ class Learning(_Strict):
         description="spread that the prior expects of the inputs, m/s^2 and rad/s^2 (half the weight; what attitude "
         "control asks for); null: the spread of the data, which misjudges an input that the flight hardly moved",
     )
-    restarts: Annotated[int, Field(ge=0)] = Field(1, description="further starts of the hyperparameter search")
+    restarts: Number = Field(1, description="further starts of the hyperparameter search")
     prior: Literal["none", "physics"] = Field(
         "none",
         description="what is known before any flight; physics: the catalogue's effects in their usual sizes, as "
@@ -121,9 +148,8 @@ class Correlation(_Strict):
 class Hindsight(_Strict):
     """Which costs are held against the errors of all candidates."""
 
-    costs: tuple[Literal["configured", "kernel", "no process", "affine", "effects", "propagated"], ...] = Field(
+    costs: Distinct[Literal["configured", "kernel", "no process", "affine", "effects", "propagated"]] = Field(
         ("configured", "kernel", "no process", "affine", "effects", "propagated"),
-        min_length=1,
         description="groups of costs; the last two take longer than all others together",
     )
 
@@ -149,9 +175,8 @@ class ClosedLoop(_Strict):
     """Flights with a hidden effect, flown again with what the diagnosis named."""
 
     folder: str = Field("config/closed_loop", description="a folder a case: truth.yaml and oracle.yaml")
-    cases: tuple[str, ...] = Field(
+    cases: Distinct[Name] = Field(
         ("com_offset", "rotor_effectiveness", "linear_drag", "com_offset_and_linear_drag"),
-        min_length=1,
         description="hidden effects, folders of `folder`",
     )
     wrong: dict[str, tuple[str, ...]] = Field(
@@ -171,10 +196,16 @@ class ClosedLoop(_Strict):
     place: Positive = Field(1.6, description="m, size of the motion in place")
     tempo: Positive = Field(0.5, description="of the motion in place: slow, so that the actuators' lags cost little")
     angle_deg: Positive = Field(25.0, description="deg, size of roll and pitch")
-    points: tuple[Count, ...] = Field((10, 40), min_length=1, description="points of the Gaussian process, flown")
-    curve: tuple[Count, ...] = Field((5, 10, 20, 40, 80), min_length=1, description="points, learned and not flown")
+    points: Distinct[Count] = Field((10, 40), description="points of the Gaussian process, flown")
+    curve: Distinct[Count] = Field((5, 10, 20, 40, 80), description="points, learned and not flown")
     curve_seeds: Count = Field(3, description="seeds of that curve")
     with_all: bool = Field(False, description="whether the default target flies it too, not only `closed_loop`")
+
+    @model_validator(mode="after")
+    def _shown_is_flown(self) -> ClosedLoop:
+        if self.shown not in self.cases:
+            raise ValueError(f"shown is {self.shown}, which is none of cases; show one of {', '.join(self.cases)}")
+        return self
 
 
 class RealDiagnosis(_Strict):
@@ -242,22 +273,28 @@ class CheckCorpus(_Strict):
     real: str = Field(
         "config/studies/check_corpus.yaml", description="the data sets of real flights, and what is right in them"
     )
-    base_seed: Annotated[int, Field(ge=0)] = Field(
+    base_seed: Number = Field(
         3, description="of the simulated flights; 0 to 2 were looked at while finding settings, 3 is for reporting"
     )
     flights: Count = Field(18, description="simulated flights a source")
-    spoiled: Annotated[int, Field(ge=0)] = Field(3, description="of these, how many get every error put in")
+    spoiled: Number = Field(3, description="of these, how many get every error put in")
+
+    @model_validator(mode="after")
+    def _spoils_what_flies(self) -> CheckCorpus:
+        if self.spoiled > self.flights:
+            raise ValueError(f"spoiled {self.spoiled} of only {self.flights} flights; lower spoiled or raise flights")
+        return self
 
 
 class ExperimentConfig(_Strict):
     """Everything that the workflow's rules read."""
 
     vehicle: str = Field("config/vehicles/omav.yaml", description="vehicle file: what is believed")
-    plants: tuple[str, ...] = Field(
-        ("omav_a", "omav_b", "omav_c"), min_length=1, description="plants in config/plants, each flown by all seeds"
+    plants: Distinct[Name] = Field(
+        ("omav_a", "omav_b", "omav_c"), description="plants in config/plants, each flown by all seeds"
     )
     seeds: Count = Field(10, description="repetitions on each plant; a seed varies noise, draws and candidates")
-    base_seed: Annotated[int, Field(ge=0)] = Field(0, description="from which every seed is derived")
+    base_seed: Number = Field(0, description="from which every seed is derived")
     execution: Literal["plant", "log", "pool"] = Field(
         "plant", description="who flies: the MuJoCo plant; you (log); pool: recorded real flights alone, none is flown"
     )
@@ -265,7 +302,7 @@ class ExperimentConfig(_Strict):
     iterations: Count = Field(1, description="how often an informative flight is chosen, flown and learned")
     sample_time: Positive = Field(0.01, description="s, period of the controller and of references")
     prior_points: Count = Field(20, description="points of the prior model")
-    added_points: tuple[Count, ...] = Field((20, 40, 60, 80), min_length=1, description="points added, Fig. 4")
+    added_points: Distinct[Count] = Field((20, 40, 60, 80), description="points added, Fig. 4")
     task: FigureEight = FigureEight()
     modified: FigureEight = FigureEight(amplitude_deg=43.0)
     pitch: Pitch = Pitch()
@@ -291,7 +328,7 @@ def load(content: Mapping[str, object] | None, source: str = "config") -> Experi
     try:
         return ExperimentConfig.model_validate(dict(content))
     except ValidationError as error:
-        raise UsageError(f"{source}: {validation_line(error)}") from error
+        raise UsageError(f"{source}: {validation_line(error, ExperimentConfig)}") from error
 
 
 def read(path: str | Path) -> ExperimentConfig:

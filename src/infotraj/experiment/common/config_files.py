@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
-from typing import Any
+from typing import Any, get_type_hints
 
 import yaml
 from pydantic import BaseModel, ConfigDict, create_model
@@ -41,7 +41,8 @@ def schema() -> str:
 
 def _record_by_name(record: Any) -> dict[str, Any]:
     """A record (named tuple) is written as a mapping, which the model reads as well as a list."""
-    fields: dict[str, Any] = {key: (type(value), value) for key, value in record._asdict().items()}
+    types = get_type_hints(type(record), include_extras=True)
+    fields: dict[str, Any] = {key: (types[key], value) for key, value in record._asdict().items()}
     return create_model(type(record).__name__, __config__=ConfigDict(extra="forbid"), **fields).model_json_schema()
 
 

@@ -26,6 +26,6 @@ def read_yaml(cls: type[T], path: str | Path) -> T:
     try:
         return cls.model_validate(yaml.safe_load(Path(path).read_text()))
     except ValidationError as error:
-        raise UsageError(f"{path}: {validation_line(error)}") from error
+        raise UsageError(f"{path}: {validation_line(error, cls)}") from error
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise UsageError(problem(f"{path}: cannot be read ({error})", "a YAML file", "Check the path.")) from error

@@ -171,7 +171,7 @@ def load_study(content: Mapping[str, object], source: str) -> HiddenStudy:
     try:
         return HiddenStudy.model_validate(dict(content))
     except ValidationError as error:
-        raise UsageError(f"{source}: {validation_line(error)}") from error
+        raise UsageError(f"{source}: {validation_line(error, HiddenStudy)}") from error
 
 
 def read_study(path: str | Path) -> HiddenStudy:

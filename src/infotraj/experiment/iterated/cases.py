@@ -59,7 +59,7 @@ def read_iterated(path: str | Path) -> tuple[IteratedStudy, HiddenStudy]:
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise UsageError(problem(f"{path}: cannot be read ({error})", "a YAML file", "Check the path.")) from error
     except ValidationError as error:
-        raise UsageError(f"{path}: {validation_line(error)}") from error
+        raise UsageError(f"{path}: {validation_line(error, IteratedStudy)}") from error
     hidden = read_study(Path(path).parent / study.hidden)
     unknown = sorted(set(study.runs) - set(hidden.vehicles))
     if unknown:

@@ -77,7 +77,7 @@ def read_separating(path: str | Path) -> tuple[SeparatingStudy, HiddenStudy]:
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise UsageError(problem(f"{path}: cannot be read ({error})", "a YAML file", "Check the path.")) from error
     except ValidationError as error:
-        raise UsageError(f"{path}: {validation_line(error)}") from error
+        raise UsageError(f"{path}: {validation_line(error, SeparatingStudy)}") from error
     hidden = read_study(Path(path).parent / study.hidden)
     for pair in study.pairs:
         known = hidden.vehicles.get(pair.vehicle)

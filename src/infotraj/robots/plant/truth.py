@@ -212,6 +212,6 @@ def load_truth(path: str | Path, vehicle: Vehicle) -> Truth:
     try:
         truth = Truth.model_validate(content)
     except ValidationError as error:
-        raise InputError(f"{path}: {validation_line(error)}") from error
+        raise InputError(f"{path}: {validation_line(error, Truth)}") from error
     truth.check(vehicle, str(path))
     return truth
