@@ -98,6 +98,16 @@ def test_patterns_and_a_limit_choose_runs():
     assert all(b.seeds == (0,) for b in few)
 
 
+@pytest.mark.parametrize(
+    "only", [("omav/single/com_ofset-usual",), ("*/nothing/nothing", "omav/single/com_ofset-usual")]
+)
+def test_a_pattern_that_matches_no_case_is_refused_in_one_line(only):
+    says = r"no case matches omav/single/com_ofset-usual; expected .*omav/single/com_offset-usual.*Correct `only`"
+    with pytest.raises(UsageError, match=says) as caught:
+        batches(STUDY, only)
+    assert "\n" not in str(caught.value)
+
+
 def test_the_quick_configuration_names_cases_that_exist():
     quick = read("config/quick.yaml").hidden_effects
     assert len(batches(STUDY, quick.only, quick.seeds)) == len(quick.only) == 5

@@ -8,7 +8,7 @@ from infotraj.experiment.changes.cases import read_changes
 
 CHANGES = "config/studies/changes.yaml"
 CHANGES_FOLDER = "results/changes"
-CHANGE_BATCHES = change_batches(*read_changes(CHANGES))
+CHANGE_BATCHES = change_batches(*checked(read_changes, CHANGES))
 
 
 rule changes_fly:

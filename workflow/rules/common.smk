@@ -6,6 +6,7 @@ from pathlib import Path
 from infotraj.datasets import location
 from infotraj.errors import InfotrajError
 from infotraj.experiment.common.config import load
+from infotraj.experiment.common.named_files import plant_path, with_its_files
 from infotraj.fingerprint import fingerprint
 
 
@@ -16,16 +17,17 @@ configfile: "config/config.yaml"
 container: "docker://python:3.11-bookworm"
 
 
-def checked(content):
-    """The configuration, or one line that says what is wrong with it."""
+def checked(read, *arguments):
+    """What `read` makes of a file or a configuration, or one line that says what is wrong with it."""
     try:
-        return load(content, "configuration")
+        return read(*arguments)
     except InfotrajError as error:
         print(error, file=sys.stderr)
         sys.exit(error.exit_status)
 
 
-CONFIG = checked(config)
+CONFIG = checked(load, config, "configuration")
+checked(with_its_files, CONFIG, "configuration")
 
 
 def code(stage):

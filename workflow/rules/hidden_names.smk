@@ -7,9 +7,10 @@ from infotraj.experiment.hidden.cases import batches
 from infotraj.experiment.hidden.config import read_study
 
 HIDDEN_FOLDER = "results/hidden_effects"
-HIDDEN_STUDY = read_study(CONFIG.hidden_effects.study)
+HIDDEN_STUDY = checked(read_study, CONFIG.hidden_effects.study)
 HIDDEN_BATCHES = {
-    batch.key: batch for batch in batches(HIDDEN_STUDY, CONFIG.hidden_effects.only, CONFIG.hidden_effects.seeds)
+    batch.key: batch
+    for batch in checked(batches, HIDDEN_STUDY, CONFIG.hidden_effects.only, CONFIG.hidden_effects.seeds)
 }
 HIDDEN_WAVES = (1, 2, 3, 4)
 

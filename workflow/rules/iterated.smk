@@ -6,7 +6,7 @@ A run is a line that is appended; one that is there is not made again, so it may
 from infotraj.experiment.iterated.cases import read_iterated
 
 ITERATED = "config/studies/iterated.yaml"
-ITERATED_SCORES = f"results/iterated/{read_iterated(ITERATED)[0].base_seed}.jsonl"
+ITERATED_SCORES = f"results/iterated/{checked(read_iterated, ITERATED)[0].base_seed}.jsonl"
 
 
 rule iterated:

@@ -31,11 +31,8 @@ def real_model_files(wildcards):
 def real_logs(wildcards):
     """Name and size of the logs that are diagnosed: others rerun what reads them."""
     folder = location.find_dataset(wildcards.dataset, CONFIG.data_dir)
-    try:
-        return folder and [(p.name, p.stat().st_size) for p in logs(CONFIG, wildcards.dataset, folder).values()]
-    except InfotrajError as error:
-        print(error, file=sys.stderr)
-        sys.exit(error.exit_status)
+    named = checked(logs, CONFIG, wildcards.dataset, folder) if folder else {}
+    return [(p.name, p.stat().st_size) for p in named.values()]
 
 
 def real_diagnoses(what, part=None):

@@ -7,12 +7,8 @@ REAL_CASE = "results/real_table/{case}"
 
 def real_cases():
     """The cases that the configuration asks for, by name."""
-    try:
-        wanted = read_cases(CONFIG.real_table.cases).chosen(CONFIG.real_table.only)
-    except InfotrajError as error:
-        print(error, file=sys.stderr)
-        sys.exit(error.exit_status)
-    return {case.name: case for case in wanted}
+    cases = checked(read_cases, CONFIG.real_table.cases)
+    return {case.name: case for case in checked(cases.chosen, CONFIG.real_table.only)}
 
 
 def real_case_logs(wildcards):

@@ -42,7 +42,7 @@ wildcard_constraints:
 
 def plant_file(wildcards):
     """The truth of the plant, beside the vehicle's folder."""
-    return str(Path(CONFIG.vehicle).parent.parent / "plants" / f"{wildcards.plant}.yaml")
+    return str(plant_path(CONFIG.vehicle, wildcards.plant))
 
 
 def flight(name):

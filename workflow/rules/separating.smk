@@ -7,7 +7,8 @@ from infotraj.experiment.separating.cases import read_separating
 
 SEPARATING = {room: f"config/studies/separating_{room}.yaml" for room in ("wide", "narrow")}
 SEPARATING_SCORES = {
-    room: f"results/separating/{room}_{read_separating(study)[0].base_seed}.jsonl" for room, study in SEPARATING.items()
+    room: f"results/separating/{room}_{checked(read_separating, study)[0].base_seed}.jsonl"
+    for room, study in SEPARATING.items()
 }
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fnmatch
 import hashlib
 import json
 from collections.abc import Iterator, Sequence
@@ -12,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from infotraj.effects import effect_class
+from infotraj.experiment.common.patterns import matching
 from infotraj.experiment.common.randomness import generator
 from infotraj.experiment.hidden.config import HiddenStudy, VehicleStudy
 from infotraj.experiment.hidden.logs import UNSEEN_IN_LOGS
@@ -87,12 +87,16 @@ class Batch:
 
 
 def batches(study: HiddenStudy, only: Sequence[str] = (), seeds: int | None = None) -> list[Batch]:
-    """All batches in the order of their waves. only: patterns of case names; seeds: at most so many a case."""
+    """All batches in the order of their waves. only: patterns of case names; seeds: at most so many a case.
+
+    UsageError where a pattern matches no case.
+    """
     found = []
     planned = list(_planned(study))
     planned += [more for case, _, _ in planned for more in _circumstances(study, case)]
+    wanted = matching((case.name for case, _, _ in planned), only)
     for case, count, first in planned:
-        if only and not any(fnmatch.fnmatch(case.name, pattern) for pattern in only):
+        if case.name not in wanted:
             continue
         count = count if seeds is None else min(count, seeds)
         whole = range(first, first + count)

@@ -9,6 +9,7 @@ import numpy as np
 
 from infotraj.control.tracking import DEMAND, TrackingController
 from infotraj.experiment.common.config import ExperimentConfig
+from infotraj.experiment.common.named_files import plant_path
 from infotraj.experiment.common.randomness import generator
 from infotraj.flight import Flight
 from infotraj.residual.gaussian_process import GaussianProcess
@@ -24,8 +25,7 @@ def plant(config: ExperimentConfig, name: str) -> Plant:
     """The plant of that name: config/plants/NAME.yaml beside the vehicle's folder."""
     from infotraj.robots.plant.plant import Plant  # late: mujoco
 
-    path = Path(config.vehicle)
-    return Plant.load(load_vehicle(path), path.parent.parent / "plants" / f"{name}.yaml")
+    return Plant.load(load_vehicle(config.vehicle), plant_path(config.vehicle, name))
 
 
 def fly(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ from pydantic import Field, field_validator, model_validator
 from infotraj.comparing.equation_error import ForceFrom
 from infotraj.datasets.location import find_dataset
 from infotraj.errors import InputError, UsageError, problem
+from infotraj.experiment.common.patterns import matching
 from infotraj.experiment.common.strict_yaml import Strict, read_yaml
 
 
@@ -83,12 +83,9 @@ class RealCases(Strict):
         return self
 
     def chosen(self, only: Sequence[str] = ()) -> tuple[RealCase, ...]:
-        """The cases whose names match one of the patterns; all without any. UsageError where none does."""
-        found = tuple(c for c in self.cases if not only or any(fnmatch(c.name, p) for p in only))
-        if not found:
-            names = ", ".join(c.name for c in self.cases)
-            raise UsageError(problem(f"no case matches {', '.join(only)}", f"patterns of {names}", "Correct `only`."))
-        return found
+        """The cases whose names match one of the patterns; all without any. UsageError where a pattern matches none."""
+        wanted = matching((c.name for c in self.cases), only)
+        return tuple(c for c in self.cases if c.name in wanted)
 
     def get(self, name: str) -> RealCase:
         """The case of that name. UsageError where there is none."""
