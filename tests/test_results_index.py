@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from jinja2 import UndefinedError
 
+from infotraj.errors import InputError
 from infotraj.report.results_index import blocks, write_index
 
 TOP = Path(__file__).parents[1]
@@ -47,6 +48,12 @@ def test_captions_quote_the_configuration_and_links_lead_to_files(folder):
 def test_a_caption_that_quotes_what_is_not_there_writes_no_page(folder):
     with pytest.raises(UndefinedError):
         write_index([entry("results/table.md")], [], {"other": 1}, 100, Path("results/index.html"))
+    assert not (folder / "results/index.html").exists()
+
+
+def test_without_a_result_there_is_no_page(folder):
+    with pytest.raises(InputError, match="results: no results yet; expected figures"):
+        write_index([], [], {}, 100, Path("results/index.html"))
     assert not (folder / "results/index.html").exists()
 
 

@@ -180,6 +180,18 @@ def test_a_wrong_configuration_is_refused_in_one_line(project, content, says):
     assert not (project / "results").exists()
 
 
+def test_the_page_over_all_results_shows_what_is_there_and_makes_none_of_it(project):
+    for name, text in (("table_1.md", "| made | by hand |\n|---|---|\n| 7 | 8 |\n"), ("recordings/x/a.rrd", "")):
+        (project / "results" / name).parent.mkdir(parents=True, exist_ok=True)
+        (project / "results" / name).write_text(text)
+    done = snakemake(project, "index", "--quiet", "rules")
+    assert jobs_of(done) == {"index": 1}
+    page = (project / "results/index.html").read_text()
+    assert "by hand" in page
+    assert "recordings/x/a.rrd" in page
+    assert "Figure 2" not in page
+
+
 def append(project: Path, module: str, text: str) -> None:
     path = project / "src" / "infotraj" / module
     path.write_text(path.read_text() + text)

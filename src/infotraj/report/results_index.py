@@ -12,6 +12,7 @@ from urllib.parse import quote
 
 from jinja2 import Environment, StrictUndefined
 
+from infotraj.errors import InputError, problem
 from infotraj.report.page import asset
 from infotraj.writing import whole
 
@@ -24,8 +25,12 @@ def write_index(
     """Writes the page, which links to its figures and recordings by relative addresses.
 
     entries: in order, each with `section`, `title`, `path` (a picture, a Markdown file, or a folder of pictures) and
-    `caption` (a file, the caption that Snakemake's own report shows). config, points: what captions quote.
+    `caption` (a file, the caption that Snakemake's own report shows). config, points: what captions quote. InputError
+    where there is nothing to show.
     """
+    if not entries and not recordings:
+        remedy = "Run `snakemake --cores 2` first."
+        raise InputError(problem(f"{path.parent}: no results yet", "figures, tables or recordings", remedy))
     captions = Environment(undefined=StrictUndefined)
     quoted = SimpleNamespace(config=config, params=SimpleNamespace(points=points))
     sections: dict[str, list[dict[str, Any]]] = {}
