@@ -239,6 +239,19 @@ def test_a_changed_truth_reruns_what_that_plant_flies(finished):
 
 
 @pytest.mark.long
+def test_a_deleted_flight_is_not_missed_and_is_made_anew_on_request_with_what_follows(finished):
+    """As results/README.md says."""
+    flight = "results/omav_a/seed0/flown/test.parquet"
+    (finished / flight).unlink()
+    assert planned(finished) == {}
+    assert planned(finished, "--forcerun", flight) == {
+        "fly": 1, "prediction_errors": 1, "record": 1, "gather_errors": 1,
+    }  # fmt: skip
+    (finished / "results/figures/figure_3.pdf").unlink()
+    assert set(planned(finished)) >= {"figure_3"}
+
+
+@pytest.mark.long
 def test_the_workflow_is_lint_clean(project):
     done = snakemake(project, "--lint")
     assert done.returncode == 0, done.stderr
