@@ -304,11 +304,13 @@ def _plain(entry: Any) -> str:
     """What pydantic says of one value, in words of the file instead of Python's where they differ."""
     if entry["type"] in ("tuple_type", "list_type"):
         single = isinstance(entry["input"], str | int | float)
-        return "a list is expected" + (f"; write [{entry['input']}]" if single else "")
+        return "a list is expected" + (f"; write [{entry['input']!r}]" if single else "")
     if entry["type"] in ("dict_type", "model_type", "named_tuple_type"):
         return "keys with values are expected"
     if entry["type"] == "too_short":
         return f"a list of at least {entry['ctx']['min_length']} is expected; name what is wanted"
+    if entry["type"] == "too_long":
+        return f"a list of at most {entry['ctx']['max_length']} is expected"
     return str(entry["msg"]).removeprefix("Value error, ")
 
 

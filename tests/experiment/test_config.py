@@ -53,10 +53,11 @@ def test_every_configuration_of_the_project_is_valid(path):
         ({"seeds": 0}, "seeds: "),
         ({"seeds": True}, "seeds: a number is expected, not true or false"),
         ({"sample_time": True}, "sample_time: a number is expected, not true or false"),
-        ({"plants": "omav_a"}, r"plants: a list is expected; write \[omav_a\]"),
+        ({"plants": "omav_a"}, r"plants: a list is expected; write \['omav_a'\]"),
         ({"plants": ["../omav_a"]}, r"plants\.0: a name of letters, digits, _ and - is expected"),
         ({"plants": ["omav_a", "omav_b", "omav_a"]}, "plants: omav_a is named twice; name it once"),
         ({"added_points": [20, 20]}, "added_points: 20 is named twice; name it once"),
+        ({"selection": {"estimate_noise": [1, 2, 3, 4, 5]}}, "estimate_noise: a list of at most 4 is expected"),
         ({"task": 3}, "task: keys with values are expected"),
         ({"hindsight": {"costs": ["kernal"]}}, r"costs\.0: [^;]*found 'kernal'\)$"),
         ({"deviations": {"min_frequency": 3}}, "min_frequency 3 Hz is above max_frequency 2 Hz; lower the one"),
@@ -73,6 +74,14 @@ def test_what_is_wrong_is_said_in_one_line(content, says):
         load(content, "my.yaml")
     assert "\n" not in str(caught.value)
     assert str(caught.value).startswith("my.yaml: ")
+
+
+def test_deviations_without_a_limit_of_jerk_can_be_asked_for():
+    """As the description of the key says; .nan stays refused."""
+    config = load(yaml.safe_load("deviations: {max_jerk: .inf}"))
+    assert config.model_dump(mode="json")["deviations"]["max_jerk"] == float("inf")
+    with pytest.raises(UsageError, match="max_jerk"):
+        load(yaml.safe_load("deviations: {max_jerk: .nan}"))
 
 
 @pytest.mark.parametrize("content", [b"a: [", b"\x80"])

@@ -65,7 +65,7 @@ class Deviations(_Strict):
     min_frequency: Positive = Field(0.1, description="Hz")
     max_frequency: Positive = Field(2.0, description="Hz, the paper's bound")
     max_angle_deg: Positive = Field(25.0, description="greatest deviation an axis, deg")
-    max_jerk: Positive = Field(
+    max_jerk: Annotated[float, Field(gt=0), NUMBER] = Field(
         8.0, description="greatest rate of the deviation's angular acceleration an axis, rad/s^3 (inf: no limit)"
     )
     terms: Count = Field(2, description="P of eq. 17")
