@@ -54,7 +54,7 @@ def test_what_a_day_brings_is_as_large_as_the_study_says():
 
 def test_a_study_that_cannot_be_used_is_refused_in_one_line(tmp_path):
     content = yaml.safe_load((ROOT / "config" / "studies" / "changes.yaml").read_text())
-    for key, value in (("cases", {"blimp": {"single": 1}}), ("file", "7%"), ("healthy", 0)):
+    for key, value in (("cases", {"blimp": {"single": 1}}), ("file", "7%"), ("healthy", 0), ("sizes", [2, 1])):
         bad = tmp_path / "bad.yaml"
         bad.write_text(
             yaml.safe_dump({**content, "hidden": str(ROOT / "config/studies/hidden_effects.yaml"), key: value})

@@ -56,7 +56,9 @@ def test_what_is_hidden_lies_within_the_sizes_of_the_study():
                 assert np.all((times > low * (1 - vary) - 1e-9) & (times < high * (1 + vary) + 1e-9)), name
 
 
-@pytest.mark.parametrize(("key", "value"), [("runs", {"blimp": 3}), ("flights", 1), ("kinds", ["triple"])])
+@pytest.mark.parametrize(
+    ("key", "value"), [("runs", {"blimp": 3}), ("flights", 1), ("kinds", ["triple"]), ("sizes", [2, 1])]
+)
 def test_a_study_that_cannot_be_used_is_refused_in_one_line(tmp_path, key, value):
     content = yaml.safe_load((STUDIES / "iterated.yaml").read_text())
     bad = tmp_path / "bad.yaml"

@@ -52,6 +52,7 @@ def test_the_narrow_room_differs_from_the_wide_one_in_its_room_and_seeds_alone()
         ("pairs", [{"vehicle": "blimp", "effects": PAIR}]),
         ("pairs", [{"vehicle": "quadrotor", "effects": ("linear_drag", "linear_drag")}]),
         ("files", ["7%"]),
+        ("sizes", [2, 1]),
     ],
 )
 def test_a_study_that_cannot_be_used_is_refused_in_one_line(tmp_path, key, value):

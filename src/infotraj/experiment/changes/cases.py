@@ -14,8 +14,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from infotraj.errors import UsageError, problem
 from infotraj.experiment.common.randomness import generator
 from infotraj.experiment.hidden.cases import Case, hidden_values
-from infotraj.experiment.hidden.config import Count, HiddenStudy, VehicleStudy, WrongFile, read_study
-from infotraj.vehicle import NotNegative, Positive, Vehicle, validation_line
+from infotraj.experiment.hidden.config import Count, HiddenStudy, Sizes, VehicleStudy, WrongFile, read_study
+from infotraj.vehicle import NotNegative, Vehicle, validation_line
 
 Effects = list[tuple[str, dict[str, Any]]]
 
@@ -46,7 +46,7 @@ class ChangeStudy(_Strict):
     hidden: str = Field(description="the hidden-effect study beside it: vehicles, paths, usual sizes, pairs, triples")
     base_seed: Count
     file: WrongFile
-    sizes: tuple[Positive, Positive] = Field(description="times the usual size, least and most")
+    sizes: Sizes = Field(description="times the usual size, least and most")
     healthy: int = Field(ge=1, description="flights, on as many days")
     batch: int = Field(ge=1, description="cases a job")
     drift: Drift

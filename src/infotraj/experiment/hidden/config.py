@@ -28,6 +28,13 @@ def _known(names: Collection[str]) -> AfterValidator:
     return AfterValidator(check)
 
 
+def _rising(sizes: tuple[float, float]) -> tuple[float, float]:
+    if sizes[0] > sizes[1]:
+        raise ValueError("the least size comes first, then the most")
+    return sizes
+
+
+Sizes = Annotated[tuple[Positive, Positive], AfterValidator(_rising)]
 WrongFile = Annotated[str, _known([level for level in LEVELS if level != "exact"])]
 RoughLog = Annotated[str, _known([log for log in LOGS if log != "clean"])]
 

@@ -13,9 +13,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from infotraj.errors import UsageError, problem
 from infotraj.experiment.common.randomness import generator
 from infotraj.experiment.hidden.cases import Case, hidden_values
-from infotraj.experiment.hidden.config import Count, Flights, HiddenStudy, WrongFile, read_study
+from infotraj.experiment.hidden.config import Count, Flights, HiddenStudy, Sizes, WrongFile, read_study
 from infotraj.experiment.hidden.room import Room
-from infotraj.vehicle import Positive, Vehicle, validation_line
+from infotraj.vehicle import Vehicle, validation_line
 
 Kind = Literal["nothing", "single", "pair"]
 
@@ -28,7 +28,7 @@ class IteratedStudy(BaseModel):
     hidden: str = Field(description="the hidden-effect study: vehicles, effects, usual sizes")
     base_seed: Count
     files: tuple[WrongFile, ...] = Field(min_length=1, description="how wrong the shown file is; drawn")
-    sizes: tuple[Positive, Positive] = Field(description="times the usual size, least and most")
+    sizes: Sizes = Field(description="times the usual size, least and most")
     task: Flights = Field(description="the task's flights, which every loop begins with")
     room: Room
     candidates: int = Field(ge=3, description="motions that a design tries")
