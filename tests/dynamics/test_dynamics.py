@@ -129,6 +129,14 @@ def test_lag_is_the_exact_solution_whatever_the_rows(omav):
     assert np.max(np.diff(x[:, 0])) <= 8.0 * 0.01 + 1e-12
 
 
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_tilt_runs_at_its_greatest_rate_and_then_settles_to_either_side(way):
+    """0.8 of the way at 2 per s takes 0.4 s; of the last 0.2 one time constant of 0.1 s leaves the e-th part."""
+    command = way * np.array([[0.0], [1.0], [1.0]])
+    x = response.respond([0.0, 0.1, 0.6], command, [0.1], [2.0])
+    np.testing.assert_allclose(x[:, 0], way * np.array([0.0, 0.0, 1.0 - 0.2 / np.e]), atol=1e-12)
+
+
 def test_no_lag_follows_the_command_of_the_row_before():
     command = np.arange(5.0)[:, None]
     np.testing.assert_allclose(response.respond(np.arange(5.0), command, [0.0], np.inf)[:, 0], [0, 0, 1, 2, 3])

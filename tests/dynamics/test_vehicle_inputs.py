@@ -185,6 +185,15 @@ def test_a_wrench_is_compared_located_rolled_out_and_diagnosed():
     assert any("commanded wrench" in q.name for q in located.found[0].samples.quantities)
 
 
+def test_a_speed_below_zero_is_read_as_the_magnitude_that_it_is():
+    """Rotors 1 and 3 turn the other way: the table that a model reads is the one without signs, in every row."""
+    plain, vehicle = by_speed(fly(seconds=1.0)[0])
+    other = signed(plain)
+    assert (other.get("cmd_rotor_1") < 0.0).all()
+    pd.testing.assert_frame_equal(for_vehicle(other, vehicle).table, plain.table)
+    assert for_vehicle(plain, vehicle) is plain
+
+
 @pytest.mark.long
 def test_signed_speeds_are_read_by_magnitude_by_every_command_and_stay_as_they_are_stored():
     plain, vehicle = by_speed(fly(seconds=3.0, drag=0.3)[0])

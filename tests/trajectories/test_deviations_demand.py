@@ -30,3 +30,13 @@ def test_a_turning_body_asks_for_the_change_of_its_angular_momentum():
     speed, _ = allocation.actuators(np.concatenate([force, torque], axis=1)[inside])
     share = np.max(speed / [r.max_speed for r in OMAV.rotors])
     assert demand(reference, allocation)[0] == pytest.approx(share, rel=0.01)
+
+
+def test_a_flight_backwards_asks_the_tilts_for_the_same_rate():
+    """In yaw all tilts turn one way at a time: of the two ways the faster one counts, whichever comes first."""
+    t = 0.01 * np.arange(600)
+    yaw = 0.4 * (np.sin(2.0 * t) + 0.5 * np.sin(4.0 * t))
+    both = [from_poses(t, np.zeros((len(t), 3)), rotations.from_euler(0 * t, 0 * t, x)) for x in (yaw, yaw[::-1])]
+    forth, back = (demand(reference, Allocation(OMAV))[1] for reference in both)
+    assert forth == pytest.approx(back, rel=1e-3)
+    assert forth > 0.01

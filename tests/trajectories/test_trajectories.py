@@ -8,6 +8,7 @@ import pytest
 from infotraj import rotations
 from infotraj.dynamics.allocation import Allocation
 from infotraj.trajectories.deviations import Deviation, DeviationSpace, demand, deviate, within_limits
+from infotraj.trajectories.flatness import thrust_attitude
 from infotraj.trajectories.standard import Extent, standard
 from infotraj.trajectories.tasks import figure_eight, phase, pitch_task
 from infotraj.vehicle import load_vehicle
@@ -91,3 +92,14 @@ def test_a_fast_path_is_as_fast_as_is_said_and_no_faster(kind):
         speed = np.linalg.norm(np.gradient(made.position, made.t, axis=0), axis=1)
         assert 0.9 * 8.0 <= 1.002 * speed.max() <= 1.02 * 8.0
         assert speed[[0, -1]] == pytest.approx(0.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("yaw", [-3.0, -1.6, 0.0, 0.4, 2.2, 3.1])
+def test_a_body_leans_to_its_force_and_looks_where_it_is_told_to_all_around(yaw):
+    """Body z lies along the force, body y is level in the heading's frame, body x looks ahead: backwards, too."""
+    force = np.array([2.0, -3.0, 9.0])
+    turned = rotations.matrix(thrust_attitude(force, yaw))
+    ahead = np.array([np.cos(yaw), np.sin(yaw), 0.0])
+    np.testing.assert_allclose(turned[:, 2], force / np.linalg.norm(force), atol=1e-12)
+    assert turned[:, 1] @ ahead == pytest.approx(0.0, abs=1e-12)
+    assert turned[:, 0] @ ahead > 0.5
