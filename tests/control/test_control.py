@@ -12,6 +12,7 @@ from infotraj.control.inversion import invert
 from infotraj.control.thrust_vector import ThrustVectorController, ThrustVectorGains
 from infotraj.control.tracking import TrackingController, no_residual, states
 from infotraj.dynamics import rigid_body
+from infotraj.dynamics.actuators import body_wrench
 from infotraj.residual.gaussian_process import GaussianProcess
 from infotraj.robots.robot import Estimate
 from infotraj.trajectories.reference import Reference
@@ -133,3 +134,51 @@ def test_a_rate_of_the_reference_that_stands_still_in_the_world_turns_in_a_body_
     demand(no_feedback, OMAV.gravity, inertia, 0.01, state, row, np.zeros(6), calm)
     seen = rotations.to_body(state[3:7], rate)
     np.testing.assert_allclose((out - calm)[3:], -np.cross(w, seen), atol=1e-12)
+
+
+def test_the_integral_of_a_thrust_vector_grows_with_the_miss_unless_the_feedback_is_limited():
+    """A vehicle that stays 1 cm low is pushed by i times the miss times the period more at the next command."""
+    vehicle = load_vehicle(Path(__file__).parents[2] / "config" / "vehicles" / "quadrotor.yaml")
+    none, level = np.zeros((10, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (10, 1))
+    still = Reference(0.01 * np.arange(10), none, level, none, none, none, none)
+    gained = {}
+    for miss in (0.01, 100.0):
+        controller = ThrustVectorController(vehicle, still)
+        low = Estimate(np.array([0.0, 0.0, -miss]), level[0], np.zeros(3), np.zeros(3))
+        first, second = (controller.command(k, low)[0] for k in (0, 1))
+        gained[miss] = second[2] - first[2]
+    assert gained[0.01] == pytest.approx(vehicle.mass * ThrustVectorGains().position_i * 0.01 * 0.01, rel=1e-9)
+    assert gained[100.0] == 0.0
+
+
+class OfARigidBody:
+    """What Newton and Euler say that a vehicle does."""
+
+    def __init__(self, vehicle):
+        self.vehicle = vehicle
+
+    def accelerations(self, time, state, rotor, tilt):
+        wrench = body_wrench(self.vehicle, rotor, tilt)
+        world, angular = rigid_body.accelerations(self.vehicle, state[3:7], state[10:], wrench)
+        return np.concatenate(
+            [rotations.to_body(state[3:7], world + np.array([0.0, 0.0, self.vehicle.gravity])), angular]
+        )
+
+
+def test_a_known_response_is_inverted_with_its_own_gyroscopic_torque():
+    """On the reference, of a body with unlike moments of inertia, the actuators make the reference's accelerations."""
+    moments = {"xx": 0.06, "yy": 0.12, "zz": 0.15, "xy": 0.0, "xz": 0.0, "yz": 0.0}
+    unlike = OMAV.model_copy(update={"inertia": OMAV.inertia.model_copy(update=moments)})
+    reference, response = figure_eight(np.radians(43), 6, 1, 0.01), OfARigidBody(unlike)
+    controller, rows = TrackingController(unlike, reference, response=response), states(reference)
+    turning = []
+    for k in (250, 380, 500):
+        controller.reset()
+        row = rows[k]
+        _, rotor, tilt = controller.command(k, Estimate(row[:3], row[3:7], row[7:10], row[10:13]))
+        made = response.accelerations(0.0, row[:13], rotor, tilt)
+        np.testing.assert_allclose(made[3:], reference.angular_acceleration[k], atol=2e-3)
+        turning.append(
+            np.abs(np.cross(row[10:13], unlike.inertia_matrix() @ row[10:13]) / np.diag(unlike.inertia_matrix())).max()
+        )
+    assert max(turning) > 0.05
