@@ -189,6 +189,14 @@ def test_the_chance_to_repeat_is_that_of_the_column_that_repeats_most_rarely():
 # Time
 
 
+def test_a_gap_beside_the_ground_is_not_in_flight():
+    """Half a second is lost between row 999 and row 1000: it counts where both of them are in the air."""
+    lost = Flight(pd.DataFrame({"t": np.concatenate([T[:1000], T[1000:] + 0.5])}))
+    row = np.arange(len(T))
+    assert gaps(lost, row < 1000) == gaps(lost, row >= 1000) == []
+    assert [f.code for f in gaps(lost, row < 1001)] == [f.code for f in gaps(lost, row >= 999)] == ["gaps"]
+
+
 def test_gaps_jitter_and_order_of_times():
     t = np.concatenate([T[:1000], T[1000:] + 0.5])
     (found,) = gaps(Flight(pd.DataFrame({"t": t})), ALL)

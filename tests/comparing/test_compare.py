@@ -6,12 +6,14 @@ from pathlib import Path
 
 import fast_flyer
 import numpy as np
+import pandas as pd
 import pytest
 import yaml
 from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from infotraj import rotations
 from infotraj.comparing import compare, difference, equation_error, statistics
 from infotraj.comparing.command import compare_command
 from infotraj.comparing.equation_error import _by_slope
@@ -138,6 +140,19 @@ def test_velocity_serves_where_there_is_no_accelerometer(noisy, quiet):
     assert (
         np.sqrt(np.mean(np.square(still.measured[both, :3] - felt[both]), axis=0)).max() < 0.02 * felt[both, 2].mean()
     )
+
+
+def test_the_floor_of_a_velocity_is_turned_into_the_body_as_its_noise_is():
+    """Noise along the world's x alone is, on a body that leans and looks aside, what R^T makes of that axis."""
+    rng, n = np.random.default_rng(5), 4000
+    q = rotations.from_euler(0.5, 0.7, 1.1)
+    columns = {"t": 0.005 * np.arange(n), "airborne": np.ones(n), "pz": np.full(n, 2.0)}
+    columns |= {c: np.full(n, x) for c, x in zip(("qw", "qx", "qy", "qz"), q, strict=True)}
+    columns |= {c: s * rng.standard_normal(n) for c, s in (("vx", 0.1), ("vy", 1e-5), ("vz", 1e-5))}
+    columns |= {f"cmd_rotor_{i}": np.full(n, 400.0) for i in range(4)}
+    columns |= {"px": np.zeros(n), "py": np.zeros(n), **{w: np.zeros(n) for w in ("wx", "wy", "wz")}}
+    floor = equation_error(load_model(QUADROTOR), Flight(pd.DataFrame(columns)), force_from="velocity").floor[:3]
+    np.testing.assert_allclose(floor / np.linalg.norm(floor), np.abs(rotations.matrix(q)[0]), rtol=1e-3)
 
 
 def test_a_missing_effect_shows_and_the_right_one_takes_it_away(dragged):

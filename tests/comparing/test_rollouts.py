@@ -180,6 +180,22 @@ def test_an_error_is_a_distance_and_an_angle(mujoco_flight):
     assert found.errors[before, 0] == pytest.approx([0.5, 1.0, 0.2, 2.0], abs=2e-3)
 
 
+def test_the_markers_of_a_body_roll_out_as_its_origin_does(mujoco_flight):
+    """A point r of the body is at p + R r and moves with v + R (w x r): with r in the file the errors are the same."""
+    vehicle, r = load_vehicle(QUADROTOR), np.array([0.04, -0.07, 0.1])
+    table = mujoco_flight.table
+    q, v, w = (table[list(c)].to_numpy() for c in (["qw", "qx", "qy", "qz"], ["vx", "vy", "vz"], ["wx", "wy", "wz"]))
+    turned = rotations.matrix(q)
+    place, moves = turned @ r, v + np.einsum("nij,nj->ni", turned, np.cross(w, r))
+    there = {f"p{a}": table[f"p{a}"] + place[:, i] for i, a in enumerate("xyz")}
+    seen = Flight(table.assign(**there, vx=moves[:, 0], vy=moves[:, 1], vz=moves[:, 2]))
+    marked = Model(vehicle.model_copy(update={"measured_at": tuple(r)}))
+    horizons = parse_horizons("3")
+    origin, point = rollouts(Model(vehicle), mujoco_flight, horizons), rollouts(marked, seen, horizons)
+    np.testing.assert_allclose(point.errors, origin.errors, atol=1e-9)
+    assert np.abs(rollouts(Model(vehicle), seen, horizons).errors - origin.errors).max() > 1e-3
+
+
 def test_the_mean_is_over_all_starts_of_all_flights_that_reach_the_horizon():
     horizons = parse_horizons("1,2")
     one, other = (np.full((n, 2, 4), np.nan) for n in (1, 3))
