@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from infotraj.report.bars import gains
 from infotraj.report.combinations import Combinations, boxes
 from infotraj.report.failing import _far_off, _reach, heat, leftover
 from infotraj.report.figures import _places
+from infotraj.report.flown import _covers
 from infotraj.report.formats import change, interval, minus, numbers, prefixed, significant
 from infotraj.report.page import clauses, page
 from infotraj.report.series import packed, reduced, unpacked
@@ -37,6 +39,14 @@ def command(*words, cwd=None):
 @pytest.fixture(scope="module")
 def content(quad_report):
     return read_content(quad_report / "report.json")
+
+
+def test_what_a_flight_covers_is_the_range_of_its_height_and_the_greatest_of_its_speed():
+    """From 1 m to 2.5 m above z = 0 the height ranges over 1.5 m; of what the log does not hold nothing is said."""
+    coverage = {"pz": {"q01": 1.0, "q99": 2.5}, "speed": {"q99": 3.0, "rms": 1.1}, "wx": {"q99": 0.7, "rms": 0.2}}
+    said = _covers(SimpleNamespace(coverage=coverage))
+    assert {k: x for k, x in said.items() if x is not None} == {"height_range": 1.5, "speed": 3.0, "rate_x": 0.2}
+    assert {k for k, x in said.items() if x is None} == {"tilt", "rate_y", "rate_z", "vertical_acceleration"}
 
 
 @given(st.integers(2, 3000), st.integers(4, 400), st.integers(0, 2**31))

@@ -81,6 +81,15 @@ def test_a_motion_is_scaled_to_its_speed_and_its_lean():
     assert np.abs(np.gradient(np.gradient(up.position[:, 2], DT), DT)).max() <= 0.5 * 9.81 * 1.01
 
 
+def test_a_slanted_motion_is_as_fast_as_is_allowed_and_not_each_of_its_axes():
+    """3, 4 and 0 m of a sine of 2 rad/s are 10 m/s together: at 1.5 m/s it is 0.15 times as large."""
+    t = DT * np.arange(801)
+    sway = np.outer(np.sin(2.0 * t), [3.0, 4.0, 0.0])
+    room = Room(np.full(3, 9.0), np.array([1.0, 0.0, 1.5]), 8.0, 1.5, 1.0, False)
+    made = placed(room, t, sway, 0.0 * t, 0.0 * t, 0.0 * t)
+    np.testing.assert_allclose(made.position - room.center, 0.15 * sway, atol=2e-3)
+
+
 def test_genes_are_moved_within_their_range_and_calmer_ones_are_smaller():
     rng = np.random.default_rng(0)
     genes = rng.random(28)

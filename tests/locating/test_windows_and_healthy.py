@@ -24,6 +24,17 @@ def test_a_window_stands_beside_the_rest_of_the_flight_without_it():
     assert found.over_floor == pytest.approx(20.0)
 
 
+@pytest.mark.parametrize(("times", "stands_out"), [(1.4, False), (1.6, True)])
+def test_a_window_far_above_the_floor_stands_out_where_it_is_half_again_as_large_as_the_rest(times, stands_out):
+    """All of the flight is ten times the floor: what is 1.4 times the rest is of the flight, 1.6 times is not."""
+    t = 0.01 * np.arange(1000)
+    measured = np.where(np.arange(1000) % 2, 1.0, -1.0)[:, None] * np.ones(6)
+    measured[500:600, 0] *= times
+    some = dict(red=np.ones(6), unit={}, force_from="", window=0.15, reasons={}, left_out={})
+    found = worst_windows([EquationError(t, measured, np.zeros((1000, 6)), np.full(6, 0.1), **some)])
+    assert [w.axis for w in found] == ["fx"] * stands_out
+
+
 def rows_of(residual, *quantities):
     n = len(residual)
     return Samples(
