@@ -184,7 +184,7 @@ def test_the_answer_is_shown_though_a_file_cannot_be_written_after_all(words, wr
 def test_a_model_that_cannot_be_written_is_one_line(place, folder):
     Path("sub").mkdir()
     before = sorted(folder.rglob("*"))
-    with pytest.raises(InfotrajError, match="expected a place that can be written"):
+    with pytest.raises(InfotrajError, match="expected a file that can be written"):
         save_model(Model(load_vehicle("quad.yaml")), place)
     assert sorted(folder.rglob("*")) == before
 

@@ -12,6 +12,7 @@ from infotraj.diagnosis.judge.evidence import resampled
 from infotraj.diagnosis.judge.worse import worse_lines
 from infotraj.diagnosis.linear.healthy import Healthy
 from infotraj.diagnosis.select.prior import Scales
+from infotraj.vehicle import OF_ROTORS
 
 
 def test_what_goes_against_the_prediction_does_not_go_with_it():
@@ -53,7 +54,7 @@ def test_a_vehicle_that_is_heavier_than_its_file_has_less_thrust_over_mass_and_s
         SimpleNamespace(candidate=SimpleNamespace(name=x.split()[0], label=x), scale=s)
         for x, s in zip(names, (0.08, 1.0, 1.0), strict=True)
     ]
-    vehicle = SimpleNamespace(mass=0.8, rotors=(None, None))
+    vehicle = SimpleNamespace(mass=0.8, rotors=(None, None), drive=OF_ROTORS)
     linear = SimpleNamespace(
         columns=columns, observation=SimpleNamespace(vehicle=vehicle), spike=lambda scales: np.full(3, 0.01)
     )
