@@ -284,8 +284,8 @@ def _units(made: Fit) -> dict[tuple[int, ...], str]:
     of_kind: dict[str, list[Choice]] = {}
     for choice in (made.linear.choices[i] for i in made.chosen):
         declared = made.linear.columns[choice.columns[0]].candidate.cls.declared
-        corrects = choice.label in made.scales.corrects and declared is not None
-        of_kind.setdefault(declared.kind if corrects and declared else choice.label, []).append(choice)
+        kind = declared.kind if declared is not None and choice.label in made.scales.corrects else choice.label
+        of_kind.setdefault(kind, []).append(choice)
     for label, choices in of_kind.items():
         every = tuple(c for choice in choices for c in choice.columns)
         columns = [made.linear.columns[c] for c in every]
