@@ -8,6 +8,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import click
+import numpy as np
 import pytest
 
 from infotraj import progress as module
@@ -259,12 +260,35 @@ def run_command(*words):
 def test_every_part_of_a_plan_is_reached_somewhere():
     """A part that nobody reaches would never be over; one of another name would count for nothing."""
     import infotraj
-    from infotraj.diagnosis import adding, diagnosis
+    from infotraj.diagnosis import adding, lengths
     from infotraj.importing import command
 
     sources = "".join(p.read_text() for p in Path(infotraj.__file__).parent.rglob("*.py"))
     reached = set(re.findall(r'\breached\("([^"]+)"', sources))
     told = set(re.findall(r'\bpieces\("([^"]+)"', sources))
-    plans = (diagnosis._PARTS, adding._PARTS, *command._PARTS.values())
+    against = [name.removeprefix(lengths.HEALTHY) for name in (*lengths._LEARNING, *lengths._AGAINST)]
+    plans = (lengths.PARTS, against, adding._PARTS, *command._PARTS.values())
     assert {part for plan in plans for part in plan} <= reached
     assert reached | told <= {part for plan in plans for part in plan}
+
+
+def test_what_is_searched_on_healthy_flights_and_on_those_in_question_is_told_apart(terminal, monkeypatch):
+    """The same search runs twice: the second is ahead while the first runs, as long as its flights are."""
+    from infotraj.diagnosis.lengths import HEALTHY, against
+
+    monkeypatch.setattr(module, "_EVERY", 0.001)
+    healthy, asked = SimpleNamespace(t=np.array([0.0, 60.0])), SimpleNamespace(t=np.array([5.0, 35.0]))
+    lengths = against([asked], [healthy])
+    whole, first = sum(lengths.values()), lengths[HEALTHY + "searching"]
+    assert lengths["weighing"] == pytest.approx(0.5 * against([healthy], [healthy])["weighing"])
+    with waiting("diagnosing"):
+        module.parts(lengths)
+        with module.within(HEALTHY):
+            module.reached("searching")
+            terminal.now += first
+            module.reached("searching anew")
+            told = module._about(whole - first)
+            wait_for(lambda: told in terminal.said())
+        terminal.now += whole - first - lengths["errors"]
+        module.reached("errors")
+        wait_for(lambda: "a few seconds left" in terminal.said())

@@ -35,6 +35,7 @@ class _Step:
 
 _step: list[_Step] = []  # one at most
 _plan: list[Plan] = []  # one at most
+_within: list[str] = []  # what stands before the names of parts, one at most
 _shown: list[object] = []  # lines that are under way; the last one is seen
 _writing = threading.Lock()
 
@@ -111,10 +112,20 @@ def parts(lengths: Mapping[str, float]) -> None:
     _plan[:] = [Plan(lengths)]
 
 
+@contextmanager
+def within(name: str) -> Iterator[None]:
+    """Parts that are told of meanwhile have this before their names: the same work for two purposes is two parts."""
+    _within[:] = [name]
+    try:
+        yield
+    finally:
+        _within.clear()
+
+
 def pieces(part: str, count: int) -> None:
     """Says, before it begins, that a part will be done so many times over."""
     if _plan:
-        _plan[0].pieces(part, count)
+        _plan[0].pieces("".join([*_within, part]), count)
 
 
 def reached(part: str, done: int = 0, of: int = 1) -> None:
@@ -123,7 +134,7 @@ def reached(part: str, done: int = 0, of: int = 1) -> None:
     Whoever does the work says so, whether anybody has named its parts or not; only a part that is named counts.
     """
     if _plan:
-        _plan[0].reached(part, done, of, time.monotonic())
+        _plan[0].reached("".join([*_within, part]), done, of, time.monotonic())
 
 
 def interrupted() -> None:

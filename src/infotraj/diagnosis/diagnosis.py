@@ -23,6 +23,7 @@ from infotraj.diagnosis.judge.evidence import overdispersion
 from infotraj.diagnosis.judge.numbers import FileNumber, file_numbers, fitted_numbers
 from infotraj.diagnosis.judge.unexplained import Unexplained
 from infotraj.diagnosis.judge.verdicts import CONFIDENT, MATTERS, Finding, named
+from infotraj.diagnosis.lengths import AGAIN, HEALTHY, PARTS, against
 from infotraj.diagnosis.linear.candidates import Candidate, candidates, places
 from infotraj.diagnosis.linear.healthy import Healthy
 from infotraj.diagnosis.linear.observation import Member, Observation
@@ -40,32 +41,13 @@ from infotraj.effects import Effect, catalogue
 from infotraj.errors import InputError, problem
 from infotraj.flight import Flight, command_steps
 from infotraj.models import Model
-from infotraj.progress import parts, pieces, reached, step
+from infotraj.progress import parts, pieces, reached, step, within
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
 _CLEAR = 1.0  # s before and after the ground, which pushes and turns a vehicle: no part of what is compared
 _TORQUES = frozenset(a for a in AXES if a[0] == "t")
 _STEPS = 3  # that who waits is told of
-# How long the parts of a diagnosis take from the search on, % of it with four effects in the set; weighing and naming
-# are of one effect. Means over 13 diagnoses of 4 to 60 s, four of made flights and nine of real ones, on 26 November
-# 2026.
-# What comes before the search has no steady share of the whole: the first columns and swings took 4 to 47 %.
-_PARTS = {
-    "searching": 17.0,
-    "searching anew": 20.0,
-    "bounds": 8.0,
-    "fitted model": 2.0,
-    "searching again": 5.0,
-    "structure": 2.0,
-    "weighing": 3.5,
-    "naming": 2.5,
-    "the new model": 6.5,
-    "the file's numbers": 5.5,
-    "judging again": 2.0,
-    "errors": 3.0,
-}
-_AGAIN = 3  # times its mean is the second search, where it comes: one in three comes
 _SEARCHES = 2  # the second without the axes that the first could not explain
 
 
@@ -166,7 +148,11 @@ def diagnose(
     if isinstance(reference, Healthy):
         healthy = reference
     elif reference:
-        healthy = learn(model, reference, effects_from=effects_from, start=start, stop=stop)
+        step(1, _STEPS, "healthy flights")
+        parts(against(flights, reference))
+        with within(HEALTHY):
+            healthy = learn(model, reference, effects_from=effects_from, start=start, stop=stop)
+        reached("first columns")
     held = held_members(model, flights[0]) if healthy is None else ()
     seen = flights if healthy is None else [as_level(f) for f in flights]
     known, hidden = candidates(catalog, vehicle, seen)
@@ -200,7 +186,7 @@ def diagnose(
         doubts = once((*doubts, *late))
         if not search.known or not any(d.counts for d in late):
             break
-        pieces("searching again", _AGAIN)
+        pieces("searching again", AGAIN)
         reached("searching again")
         search, whole, why_not = _searched(observation, held, doubts, list(catalog), known, hidden, taken, whole)
     doubts = (*doubts, *saturated(flights, vehicle), *impossible_body(vehicle))
@@ -293,6 +279,7 @@ def learn(
     if not search.known:
         why = next(iter(refused_axes(doubts).values()), "no effect can be tested on them")
         raise InputError(problem(f"the healthy flights: {why}", "flights that can be judged", "Choose others."))
+    reached("numbers")
     return learned(around_fit(whole, search.known), flights, overdispersion(whole)[0])
 
 
@@ -339,7 +326,7 @@ def _searched(
         first = swung(as_commanded(observation, before, left_to), left_to)
     search = Search(first.observation, tuple(left_to), held)
     if told:
-        parts(_PARTS)
+        parts(PARTS)
     return search, search.best(first, like), why_not
 
 
