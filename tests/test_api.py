@@ -57,7 +57,9 @@ def test_no_flight_is_its_own_reference(ask):
         ask(VEHICLE, str(FLIGHT), reference=FLIGHT)
     flight = infotraj.read_flight(FLIGHT)
     for reference in (flight, FLIGHT):
-        with pytest.raises(InputError, match=r"holds the same numbers as .*flight_0\.parquet \(copy\)"):
+        with pytest.raises(
+            InputError, match=r"holds the same numbers as .*flight_0\.parquet, which is asked about \(own_reference\)"
+        ):
             ask(VEHICLE, flight, reference=reference)
 
 

@@ -32,6 +32,13 @@ def test_a_flight_comes_back_as_it_was_written(tmp_path, suffix, values):
     assert back.meta == {"mapping": "omav", "derived": ["vx"], "source": str(path)}
 
 
+def test_a_table_does_not_take_over_what_was_said_of_the_one_before_it(tmp_path):
+    frame, path = table(), tmp_path / "flight.csv"
+    Flight(frame, {"accepted": ["jitter"]}).write(path)
+    Flight(frame).write(path)
+    assert read_flight(path).meta == {"source": str(path)}
+
+
 def test_measured_numbers_survive_a_csv_to_the_last_bit(tmp_path):
     values = np.random.default_rng(0).normal(size=2000)
     Flight(pd.DataFrame({"t": np.arange(2000.0), "px": values})).write(tmp_path / "a.csv")

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from infotraj.terminal import folded
 
+VEHICLE = "config/vehicles/nanobench_uncalibrated.yaml"
 WORDS = st.lists(st.text("ab,.-", min_size=1, max_size=15), min_size=1, max_size=40).map(" ".join)
 TEXTS = st.lists(st.tuples(st.integers(0, 8), WORDS).map(lambda one: " " * one[0] + one[1]), max_size=4).map("\n".join)
 
@@ -55,7 +56,7 @@ def test_only_a_terminal_folds():
     assert max(map(len, seen)) <= 80
 
 
-@pytest.mark.parametrize("words", ["effects", "effects show mass_offset", "data list"])
+@pytest.mark.parametrize("words", ["effects", "effects show mass_offset", "data list", f"vehicle check {VEHICLE}"])
 def test_a_catalogue_fits_on_a_terminal_and_stays_whole_in_a_pipe(words):
     called = [sys.executable, "-m", "infotraj.cli", *words.split()]
     piped = subprocess.run(called, capture_output=True, text=True, check=True).stdout

@@ -105,6 +105,8 @@ class Flight:
                 pq.write_table(arrow.replace_schema_metadata(meta), part)
             else:
                 self.table.to_csv(part, index=False, float_format="%.17g")
+        if path.suffix == ".csv" and not self.meta:
+            meta_path(path).unlink(missing_ok=True)  # of the table that was there
 
 
 def stepped(flight: Flight, count: int) -> Flight:

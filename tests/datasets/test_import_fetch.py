@@ -103,3 +103,11 @@ def test_real_files_are_recognised() -> None:
         if folder is None:
             pytest.skip(how_to_get(name))
         assert all(fetch.present(entry, folder) is not None for entry in fetch.entries(name))
+
+
+def test_a_list_that_cannot_be_written_is_said_before_it_is_made(tmp_path: Path) -> None:
+    words = ["list", "--dir", str(tmp_path), "--json", str(tmp_path)]
+    result = CliRunner().invoke(data_command, words)
+    assert isinstance(result.exception, InfotrajError)
+    assert "--json" in str(result.exception)
+    assert not result.stdout

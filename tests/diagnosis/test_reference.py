@@ -112,8 +112,10 @@ def test_a_healthy_flight_that_is_a_copy_of_one_in_question_is_rejected_whatever
         f.table.to_parquet(path)
     refused = run(command, QUADROTOR, paths[0], "--reference", paths[1], "--reference", paths[2])
     said = refused.output + str(refused.exception)
-    assert f"rejected: {paths[1]}: holds the same numbers as {paths[0]} (copy)" in said
+    assert f"rejected: {paths[1]}: holds the same numbers as {paths[0]}, which is asked about (own_reference)" in said
     assert "1 of 2 flights rejected" in said
+    overruled = run(command, QUADROTOR, paths[0], "--reference", paths[1], "--accept", "copy")
+    assert "(own_reference)" in overruled.output + str(overruled.exception)
     assert "changed" not in said
 
 

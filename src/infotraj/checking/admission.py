@@ -14,7 +14,7 @@ from infotraj.checking.acceptance import ACCEPT, ACCEPTED, accepted_codes, marke
 from infotraj.checking.cleaning import cleaned
 from infotraj.checking.codes import NEVER
 from infotraj.checking.finding import Finding, usable_spans
-from infotraj.checking.identical import content_hash, copy_finding
+from infotraj.checking.identical import content_hash, copy_finding, own_reference
 from infotraj.checking.pooled import agreed, mapping_key
 from infotraj.checking.remembered import remembered
 from infotraj.checking.settings import of_log, remedy_of
@@ -71,13 +71,15 @@ def _overruled(check: Check, flight: Flight) -> Check:
 def with_copies(flights: Sequence[Flight], checks: Sequence[Check], seen: dict[str, str] | None = None) -> list[Check]:
     """The checks, those of copies of an earlier flight with the finding that says so.
 
-    seen: flights that were read before, name by hash of the content; these flights are added to it.
+    seen: flights in question, name by hash of the content, where these are their reference; these are added to it.
     """
     seen = {} if seen is None else seen
+    asked = dict(seen)
     found = []
     for flight, check in zip(flights, checks, strict=True):
         source, numbers = str(flight.meta.get("source", "flight")), content_hash(flight)
         again = [copy_finding(seen[numbers], same_bytes=False)] if numbers in seen else []
+        again = [own_reference(asked[numbers])] if numbers in asked else again
         found.append(beside(check, again, flight))
         seen.setdefault(numbers, source)
     return found

@@ -26,7 +26,8 @@ CHECKED = (
     "time_backwards", "duplicate_times", "time_not_finite", "gaps", "jitter", "spikes", "saturated",
     "impossible_command", "pose_jump", "no_flight", "airborne_flag", "low_flight",
     "reference_not_followed",
-    "clock_varies_between_logs", "copy", "unreadable", "incomplete", "cannot_answer", "nothing_measured", "not_excited",
+    "clock_varies_between_logs", "copy", "own_reference", "unreadable", "incomplete", "cannot_answer",
+    "nothing_measured", "not_excited",
 )  # fmt: skip
 # Of `diagnose`: why it refuses axes, in the order of docs/diagnosis.md (response_before_command is check's too).
 REFUSED = (
@@ -34,8 +35,13 @@ REFUSED = (
     "axis_disagrees", "rotor_saturated", "impossible_inertia",
 )  # fmt: skip
 CODES = CHECKED + REFUSED
-# Where nothing could be read, or nothing drives the vehicle, there is nothing to go on with: what is needed instead.
-NEVER = {"unreadable": "a log that can be read", "missing_columns": "inputs of all rotors and tilts"}
+# Where nothing could be read, nothing drives the vehicle, or nothing lies between a flight and its reference, there is
+# nothing to go on with: what is needed instead.
+NEVER = {
+    "unreadable": "a log that can be read",
+    "missing_columns": "inputs of all rotors and tilts",
+    "own_reference": "healthy flights other than those in question",
+}
 
 
 def known(words: Iterable[str]) -> tuple[str, ...]:

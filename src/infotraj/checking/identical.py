@@ -22,6 +22,18 @@ def content_hash(flight: Flight) -> str:
     return digest.hexdigest()
 
 
+def own_reference(original: str) -> Finding:
+    """The finding for a healthy flight that is, under another name, one of those in question."""
+    return Finding(
+        "own_reference",
+        "reject",
+        f"holds the same numbers as {original}, which is asked about",
+        "nothing changes between a flight and itself",
+        "leave one of them out",
+        values={"original": original},
+    )
+
+
 def copy_finding(original: str, same_bytes: bool) -> Finding:
     """The finding for the later of two equal logs."""
     how = "byte-identical to" if same_bytes else "holds the same numbers as"

@@ -10,6 +10,7 @@ import click
 from infotraj import __version__
 from infotraj.datasets.fetch import DATA_SETS, default_root, entries, fetch, present
 from infotraj.options import quiet_option, say_next
+from infotraj.outputs import require_outputs
 from infotraj.suggested import quoted
 from infotraj.terminal import show
 from infotraj.writing import whole
@@ -26,6 +27,7 @@ def data_command() -> None:
 def list_command(root: Path | None, json_file: Path | None) -> None:
     """What can be fetched, and what is here."""
     root = root or default_root()
+    require_outputs({"--json": json_file}, {}, {})
     rows = []
     for data_set in DATA_SETS.values():
         wanted = entries(data_set.name)

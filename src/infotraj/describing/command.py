@@ -14,6 +14,7 @@ from infotraj.describing.layouts import LAYOUTS, ORDERS, orders_of, places
 from infotraj.errors import UsageError, problem
 from infotraj.options import NumberRange, Reading, Several, accept_option, quiet_option, say_next
 from infotraj.suggested import again, quoted
+from infotraj.terminal import show
 
 # What must be known: option, question. Further ones are guessed, and the file says so.
 _NEEDED = {
@@ -135,9 +136,9 @@ def check_command(file: Path, flight: Path | None, accept: tuple[str, ...], quie
     driven = "a wrench" if vehicle.inputs == "wrench" else f"{len(vehicle.rotors)} rotors by {vehicle.rotors[0].input}"
     unknown = [name for name in ("mass", "inertia") if getattr(vehicle, name) is None]
     left_out = f"; unknown: {', '.join(unknown)}" if unknown else ""
-    click.echo(f"{file}: {vehicle.name}, {driven}{left_out}")
+    show(f"{file}: {vehicle.name}, {driven}{left_out}")
     for one in alone(vehicle):
-        click.echo(f"{'  ' if one.good else '! '}{one.sentence}")
+        show(f"{'  ' if one.good else '! '}{one.sentence}")
     if flight is not None:
         _held_against(file, flight, accept)
     say_next(f"infotraj compare {quoted(file, flight or 'FLIGHT')}{again('compare')}")
@@ -189,5 +190,5 @@ def _held_against(file: Path, flight: Path, accept: tuple[str, ...]) -> None:
     let_in = files.admitted([flight], model.vehicle, lambda f: equation_error(model, f), Reading(accept=accept))
     error = let_in.found[0]
     for one in seen(error, rotors=of_rotors(model, let_in.flights[0], error)):
-        click.echo(f"{'  ' if one.good else '! '}{one.sentence}")
+        show(f"{'  ' if one.good else '! '}{one.sentence}")
     files.say_unmet(accept, let_in.codes)
