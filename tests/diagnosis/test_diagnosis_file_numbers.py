@@ -42,6 +42,7 @@ def made_of(monkeypatch, thetas, deviation, spike=0.3, **changed):
     linear = SimpleNamespace(columns=columns, observation=observation, spike=lambda _: np.full(len(columns), spike))
     solution = SimpleNamespace(theta=np.array([x for *_, x in thetas]))
     monkeypatch.setattr(numbers, "overdispersion", lambda _: (1.0, deviation**2 * np.eye(len(columns))))
+    monkeypatch.setattr(numbers, "told_errors", lambda _: np.full(len(columns), deviation))
     return SimpleNamespace(**{"linear": linear, "solution": solution, "scales": None, "labels": (), **changed})
 
 

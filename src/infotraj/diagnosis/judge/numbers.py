@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from infotraj.diagnosis.gates import refusal
+from infotraj.diagnosis.judge.anchor import told_errors
 from infotraj.diagnosis.judge.evidence import moving, overdispersion
 from infotraj.diagnosis.linear.candidates import Candidate, places, slopes
 from infotraj.diagnosis.linear.observation import Member
@@ -66,10 +67,9 @@ def values_of(m: Member) -> dict[str, Any]:
 def fitted_numbers(made: Fit) -> list[dict[str, Any]]:
     """Standard errors of every member of a fit by parameter."""
     vehicle = made.linear.observation.vehicle
-    wider, covariance = overdispersion(made)
-    deviation = np.sqrt(np.diag(covariance))
+    deviation = told_errors(made)
     if made.linear.observation.healthy is not None:
-        deviation = np.sqrt(wider) * made.changes[2]
+        deviation = np.sqrt(overdispersion(made)[0]) * made.changes[2]
     out = []
     for m in made.members:
         at = m.places(vehicle)
@@ -155,7 +155,7 @@ def _off(made: Fit, named: Container[str]) -> Iterator[tuple[Column, float, floa
     """File numbers that are sure not to be what the file says: column, number, its standard error and what this file is
     off by, usual sizes."""
     spike = made.linear.spike(made.scales)
-    deviation = np.sqrt(np.diag(overdispersion(made)[1]))
+    deviation = told_errors(made)
     for i, c in enumerate(made.linear.columns):
         theta = made.solution.theta[i]
         inside = spike[i] <= 0 or c.candidate.name in named or deviation[i] <= 0
@@ -210,14 +210,18 @@ def thrust_over_mass(
         return []
     spike, covariance = linear.spike(scales or made.scales), overdispersion(made)[1]
     weight = np.zeros(len(linear.columns))
+    rotors = [c.candidate.name == "rotor_effectiveness" and spike[i] > 0 for i, c in enumerate(linear.columns)]
+    others = [c.candidate.label not in made.labels or c.candidate.name not in said for c in linear.columns]
+    # A rotor that is named has its thrust by that name: of the others no less is told.
+    count = sum(a and b for a, b in zip(rotors, others, strict=True))
     for i, c in enumerate(linear.columns):
         name = c.candidate.name
-        if c.candidate.label in made.labels and name in said:
+        if not others[i]:
             continue
         if name == "thrust_scale" and name in inside:
             weight[i] = c.scale
-        elif name == "rotor_effectiveness" and spike[i] > 0:
-            weight[i] = c.scale / len(vehicle.rotors)
+        elif rotors[i]:
+            weight[i] = c.scale / count
         elif name == "mass_offset" and spike[i] > 0:
             weight[i] = -c.scale / vehicle.mass
     # Coordinates are logarithms: a ratio is a sum.
@@ -227,8 +231,8 @@ def thrust_over_mass(
     ordinary = abs(total) < ORDINARY * float(np.linalg.norm(weight * spike))
     factor = float(np.exp(total))
     takes, on = (0.0, ()) if scales else _most(_takes(made, weight, faint))
-    name = f"{vehicle.drive.force} {_OVER_MASS}"
-    return [FileNumber(name, 1.0, factor, error * factor, ordinary, takes=takes, on=on)]
+    force = vehicle.drive.force if count == sum(rotors) else vehicle.drive.force.replace("all", "the other")
+    return [FileNumber(f"{force} {_OVER_MASS}", 1.0, factor, error * factor, ordinary, takes=takes, on=on)]
 
 
 def out_of_line(made: Fit, named: Container[str]) -> bool:

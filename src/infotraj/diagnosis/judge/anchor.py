@@ -1,0 +1,86 @@
+"""How exactly numbers are told where the file alone anchors them.
+
+Mass, thrusts and moments of inertia that are all larger by one factor move a vehicle alike, and so do arms and moments
+of inertia: no flight tells that factor, and every number that goes with it is as exact as the file is. How exact that
+is says not how well its rotors agree with one another, for one may write the same number for all of them, and draw all
+arms by one wrong length; it is what kinds of numbers differ by from what flights say (evidence; MacKay 1992). One kind
+may be off by what is missing. A second one is off because the file is.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from infotraj.diagnosis.judge.evidence import overdispersion
+from infotraj.diagnosis.select.fit import Fit
+from infotraj.diagnosis.select.prior import SCALES, SLAB, Scales
+from infotraj.effects.rotor_torque import RotorTorque
+from infotraj.effects.thrust import RotorEffectiveness
+from infotraj.rotations import Array
+
+_ANCHORS = ("mass", "rotors", "inertia", "moment")  # kinds of which each is measured by itself
+_ORDINARY = 1.0  # times 1 %: better than that no file of a real vehicle is
+_OPEN = 3.0  # times 1 %: the file beside which it is asked what kinds differ by
+_ALL = 0.01  # of all thrusts, or all arms, by one factor, in a file that is right to 1 %
+_TOLD = 0.15  # of a number: what flights tell less of says nothing of its kind
+
+
+def told_errors(made: Fit) -> Array:
+    """Standard errors (p,) of all numbers of a fit, usual sizes, of which a factor in common may be the file's."""
+    wider, covariance = overdispersion(made)
+    errors = np.sqrt(np.diag(covariance))
+    if made.linear.observation.healthy is not None or made.scales.common == 0.0:
+        return errors
+    of_file = np.sqrt(np.diag(_covariance(made, off_by(made), wider)))
+    return np.where(errors > 0.0, np.maximum(errors, of_file), 0.0)
+
+
+def off_by(made: Fit) -> float:
+    """How far this file is off as an anchor, times 1 %: what its second kind of number differs by."""
+    columns, ordinary = made.linear.columns, made.linear.spike(Scales(1.0))
+    prior = _prior(made, _OPEN)
+    told = 1.0 - np.diag(_covariance(made, _OPEN)) / np.where(np.diag(prior) > 0.0, np.diag(prior), 1.0)
+    found = []
+    for kind in _ANCHORS:
+        own = [i for i, c in enumerate(columns) if c.candidate.cls.declared and c.candidate.cls.declared.kind == kind]
+        own = [i for i in own if ordinary[i] > 0.0]
+        known = float(np.maximum(told[own], 0.0).sum()) if own else 0.0
+        square = float(np.sum((made.solution.theta[own] / ordinary[own]) ** 2))
+        found.append(np.sqrt(square / known) if known > _TOLD else 0.0)
+    return float(np.clip(sorted(found)[-2], _ORDINARY, max(SCALES)))
+
+
+def _prior(made: Fit, scale: float) -> Array:
+    """Covariance (p, p) of all numbers beside a file that is off so far, its thrusts and its arms by a factor, too."""
+    linear = made.linear
+    kinds = {k: max(scale, x) for k, x in made.scales.kinds.items()}
+    file = linear.spike(Scales(max(scale, made.scales.common), kinds))
+    prior = np.diag(file**2)
+    rotors = linear.observation.vehicle.rotors
+    thrust, arm = np.zeros(len(file)), np.zeros(len(file))
+    for i, c in enumerate(linear.columns):
+        if file[i] <= 0.0:
+            continue
+        if c.candidate.cls is RotorEffectiveness:
+            thrust[i] = scale * _ALL / c.scale
+        elif c.candidate.cls is RotorTorque:
+            rotor = rotors[dict(c.candidate.fixed)["rotor"]]
+            arm[i] = scale * _ALL * float(np.cross(rotor.position, rotor.axis)[c.place]) / c.scale
+    slab = np.zeros(len(file))
+    for label, columns in ((linear.choices[i].label, linear.choices[i].columns) for i in made.chosen):
+        for i in columns:
+            slab[i] = 0.0 if label in made.scales.corrects and file[i] > 0.0 else made.scorer.slab[i]
+    slab[made.scorer.kept] = SLAB
+    return prior + np.diag(slab**2) + np.outer(thrust, thrust) + np.outer(arm, arm)
+
+
+def _covariance(made: Fit, scale: float, wider: float = 1.0) -> Array:
+    """Covariance (p, p) of all numbers beside such a file, 0 for those that are held. wider: of the data's variance."""
+    scorer, prior = made.scorer, _prior(made, scale)
+    free = scorer.covariance(made.chosen)[0]
+    size = np.sqrt(np.diag(prior)[free])
+    known = np.linalg.inv(prior[np.ix_(free, free)] / np.outer(size, size))
+    gram = scorer.parts[0][1:, 1:][np.ix_(free, free)] * np.outer(size, size) / wider
+    out = np.zeros_like(prior)
+    out[np.ix_(free, free)] = np.linalg.inv(gram + known) * np.outer(size, size)
+    return out
