@@ -9,6 +9,8 @@ may be off by what is missing. A second one is off because the file is.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from infotraj.diagnosis.judge.evidence import overdispersion
@@ -50,11 +52,21 @@ def off_by(made: Fit) -> float:
     return float(np.clip(sorted(found)[-2], _ORDINARY, max(SCALES)))
 
 
+def anchored(made: Fit, scale: float) -> Fit:
+    """The same set, its numbers beside a file that is off so far at least."""
+    scales = _scales(made, scale)
+    return replace(made, scales=scales, solution=made.linear.scorer(scales, made.held).solution(made.chosen))
+
+
+def _scales(made: Fit, scale: float) -> Scales:
+    kinds = {k: max(scale, x) for k, x in made.scales.kinds.items()}
+    return replace(made.scales, common=max(scale, made.scales.common), kinds=kinds)
+
+
 def _prior(made: Fit, scale: float) -> Array:
     """Covariance (p, p) of all numbers beside a file that is off so far, its thrusts and its arms by a factor, too."""
     linear = made.linear
-    kinds = {k: max(scale, x) for k, x in made.scales.kinds.items()}
-    file = linear.spike(Scales(max(scale, made.scales.common), kinds))
+    file = linear.spike(_scales(made, scale))
     prior = np.diag(file**2)
     rotors = linear.observation.vehicle.rotors
     thrust, arm = np.zeros(len(file)), np.zeros(len(file))

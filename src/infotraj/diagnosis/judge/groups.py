@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from infotraj.diagnosis.judge.anchor import anchored, off_by
 from infotraj.diagnosis.judge.evidence import (
     acts,
     gain_beside,
@@ -22,6 +23,7 @@ from infotraj.diagnosis.judge.evidence import (
     rise_beside,
     translated,
 )
+from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS
 from infotraj.diagnosis.select.around import linearised
 from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.fit import Fit
@@ -55,10 +57,10 @@ def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival
     if not open_to:
         return []
     scores = whole.scorer.scores([rest, *((*rest, i) for i in open_to)])
-    both = np.maximum(whole.scorer.scores([(*whole.chosen, i) for i in open_to]), whole.solution.score)
-    for k in np.flatnonzero(both > whole.solution.score):
+    together = np.maximum(whole.scorer.scores([(*whole.chosen, i) for i in open_to]), whole.solution.score)
+    for k in np.flatnonzero(together > whole.solution.score):
         if gain_beside(whole, open_to[k]) < TELLS:
-            both[k] = whole.solution.score
+            together[k] = whole.solution.score
     least = AS_PROBABLE * overdispersion(whole)[0]
     gain = whole.solution.score - scores[0]
     now = left_by_set(whole)
@@ -66,7 +68,7 @@ def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival
     best: dict[str, _Near] = {}
     # What is hardly needed is as probable with anything in its place.
     sure = gain > least
-    for i, score, ceiling in zip(open_to, scores[1:], both, strict=True):
+    for i, score, ceiling in zip(open_to, scores[1:], together, strict=True):
         if not np.isfinite(score):
             continue
         adds = ceiling - score
@@ -85,17 +87,23 @@ def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival
     left = left_beside(whole, whole.solution.each, own)
     takes, found = np.maximum(without - left, 0.0), []
     start, late = _in_time(search, whole, label) if sure else (whole, {})
+    # Flights tell thrust over mass. Which of the two is off moments of inertia tell, as exactly as the file has them.
+    of_ratio = label.split()[0] in OF_THRUST_OVER_MASS and linear.observation.healthy is None
+    off = off_by(whole) if of_ratio else 0.0
     begun = {name: [whole] for name in best}
     for name, adds in late.items():
         i = next(i for i in open_to if linear.choices[i].label == name)
         if adds < max(_NEAR * gain, least):
-            best.setdefault(name, _Near(adds, np.inf, float(both[open_to.index(i)])))
+            best.setdefault(name, _Near(adds, np.inf, float(together[open_to.index(i)])))
             begun.setdefault(name, []).append(start)
     for name in sorted(best, key=lambda n: best[n].adds)[:_MOST]:
         labels = [*(linear.choices[i].label for i in rest), name]
         made = max((search.fitted(labels, x) for x in begun[name]), key=lambda f: f.worth)
         if name in beyond_bounds(made.members, linear.observation.vehicle):
             continue
+        both = best[name].both
+        if of_ratio and name.split()[0] in OF_THRUST_OVER_MASS:
+            made, both = anchored(made, off), anchored(whole, off).solution.score
         # What the effect leaves is not taken up by numbers that no file has.
         replaced = [i for i, c in enumerate(made.linear.columns) if c.candidate.label == label]
         near = translated(whole, whole.solution.each, made)
@@ -105,7 +113,7 @@ def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival
         rise = best[name].rise if np.isfinite(best[name].rise) else float(np.expm1(2.0 * np.max(there - left)))
         as_good = rise < min(matters, _MOSTLY * alone)
         as_good = as_good and _shared(as_it_is - now, as_it_is - left_by_set(made)) > _MOSTLY
-        if as_good or (sure and best[name].both - made.solution.score < least):
+        if as_good or (sure and both - made.solution.score < least):
             found.append(Rival(name, _instead(search, made, label, least)))
     return found
 
