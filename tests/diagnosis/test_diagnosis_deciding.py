@@ -3,10 +3,12 @@
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from infotraj.diagnosis.diagnosis import diagnose
 from infotraj.diagnosis.judge.deciding import _demoted, _labels, _with_apart, _with_held_back
+from infotraj.diagnosis.judge.groups import Rival
 from infotraj.diagnosis.judge.verdicts import Finding
 from infotraj.flight import read_flight
 from infotraj.models import Model
@@ -69,11 +71,25 @@ def test_a_number_that_the_new_model_has_elsewhere_is_as_uncertain_as_the_two_di
         rotor_effectiveness_3=(form("factor", rotor=3), {"rotor": 3, "factor": 0.8}),
         wind=(form("v"), {"v": 5.0}),
     )
-    mass, drag, rotor, wind = _with_apart(findings, made)
+    mass, drag, rotor, wind = _with_apart(findings, made, {})
     assert mass.standard_errors["dm"] == pytest.approx(0.5)
     assert drag.standard_errors["d"] == pytest.approx([0.01, 0.01, 0.05])
     assert rotor.standard_errors == {"factor": pytest.approx(0.01)}
     assert wind.standard_errors == {"v": 0.1}
+
+
+def test_a_number_is_as_uncertain_as_what_flights_cannot_tell_from_another_name_makes_it():
+    """Beside a thrust that is smaller inertias are smaller, beside a larger mass they are not: against healthy flights,
+    too."""
+    inertia = supported("inertia_error", {"dxx": -0.5, "dyy": 0.0}, {"dxx": 0.03, "dyy": 0.01})
+    beside_mass = model_given(
+        inertia_error=(form("dxx", "dyy"), {"dxx": 0.3, "dyy": 0.0}), mass_offset=(form("dm"), {"dm": 0.1})
+    )
+    made = model_given(inertia_error=(form("dxx", "dyy"), {"dxx": 9.0, "dyy": 9.0}))
+    made.fit.linear.observation.healthy = object()
+    stand = {"mass_offset": Rival("mass_offset", beside_mass.fit)}
+    (found,) = _with_apart((inertia,), made, stand)
+    assert found.standard_errors == {"dxx": pytest.approx(np.hypot(0.03, 0.4)), "dyy": pytest.approx(0.01)}
 
 
 def test_what_is_held_back_is_said_of_what_is_named_beside_its_own_reason():

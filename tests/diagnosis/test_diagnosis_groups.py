@@ -1,5 +1,8 @@
 """Which effects may stand in another's place: odds below twenty to one, tempered by how much the data scatter."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from linear_fits import ROWS, linear_fit
@@ -8,6 +11,7 @@ from infotraj.diagnosis.judge import groups
 from infotraj.diagnosis.judge.evidence import overdispersion
 from infotraj.diagnosis.judge.groups import AS_PROBABLE, Rival, rivals
 from infotraj.diagnosis.judge.verdicts import Judge
+from infotraj.diagnosis.select.prior import Scales
 
 
 def two_alike(scatter):
@@ -118,3 +122,28 @@ def test_what_is_taken_off_another_axis_is_not_the_same_error():
     assert groups._shared(takes, np.array([0.0, 0.0, 0.6])) == pytest.approx(0.6)
     assert groups._shared(takes, np.array([0.0, 5.0, 0.9])) == pytest.approx(1.0)
     assert groups._shared(np.array([-0.2, 0.0, 0.4]), np.array([0.0, 0.0, 0.4])) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("inertia", "together"), [(-0.08, True), (0.0, False)])
+def test_thrust_and_mass_are_told_apart_as_exactly_as_the_file_has_inertias(inertia, together):
+    """Their ratio is one number. A file of which another kind is off as well has no inertia to hold them against."""
+    names = ["thrust_scale", "mass_offset", "inertia_error", "moment_scale"]
+
+    def rows(rng, _):
+        lift, roll, yaw = rng.normal(0.0, 3.0, (3, ROWS))
+        x = np.zeros((ROWS, 5))
+        x[:, 1:] = np.transpose([lift + roll + yaw, -lift, -roll - yaw, yaw])
+        x[:, 0] = x[:, 1:] @ [-0.2, 0.0, inertia, 1.5 * inertia] + rng.standard_normal(ROWS)
+        x[:, 1:] *= [0.15, 0.05, 0.15, 0.3]  # usual sizes
+        return x
+
+    _, whole = linear_fit(names, rows, ["thrust_scale"])
+
+    def fitted(labels, like):
+        chosen = tuple(names.index(x) for x in labels)
+        return replace(like, chosen=chosen, solution=like.linear.scorer(like.scales).solution(chosen))
+
+    whole = fitted(["thrust_scale"], replace(whole, scales=Scales(1.0)))
+    search = SimpleNamespace(fitted=fitted, known=(), barred={}, observation=whole.linear.observation)
+    found = [r.label for r in rivals(search, whole, "thrust_scale", 0.05)]
+    assert found == (["mass_offset"] if together else [])

@@ -115,7 +115,7 @@ def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
             findings = _with_held_back(findings, made.held_back | _still(told))
             findings, made = with_ratio(findings, told, made, asked.rng)
             findings, made = with_lone_rotor(search, findings, told, made, asked.rng)
-            return _with_apart(findings, made), told, made
+            return _with_apart(findings, made, stand), told, made
         why |= lost
         impossible |= lost.keys() & {x.split()[0] for x in at_bound.keys() - made.lost.keys()}
         demoted = _demoted(findings, why, impossible)
@@ -177,24 +177,30 @@ def _with_held_back(findings: tuple[Finding, ...], held_back: Mapping[str, str])
     )
 
 
-def _with_apart(findings: tuple[Finding, ...], made: Given) -> tuple[Finding, ...]:
-    """The findings, with errors of what the model that is given says otherwise.
+def _with_apart(findings: tuple[Finding, ...], made: Given, stand: Mapping[str, Rival]) -> tuple[Finding, ...]:
+    """The findings, with errors of what the model that is given, and what stands for a group, say otherwise.
 
-    A number is told beside all that may be missing, the model has what is named: which of them stands beside it is not
-    known either, and two that are as likely are half of their difference from their mean (Draper 1995).
+    A number is told beside all that may be missing, the model has what is named, and a group what flights cannot tell
+    from it: which of them stands beside it is not known either, and two that are as likely are half of their difference
+    from their mean (Draper 1995).
     """
-    if made.fit.linear.observation.healthy is not None:
-        return findings
-    in_model = {m.candidate.label: values_of(m) for m in made.fit.members if m.candidate.label not in made.held_back}
-    out = []
-    for f in findings:
-        own = next((v for x, v in in_model.items() if x.split()[0] == f.name and _same(v, f)), None)
-        if f.verdict in CONFIDENT and own is not None:
-            apart = {k: 0.5 * np.subtract(own[k], f.parameters[k]) for k in f.standard_errors if k in own}
-            errors = {k: np.hypot(v, apart[k]).tolist() if k in apart else v for k, v in f.standard_errors.items()}
-            f = replace(f, standard_errors=errors)
-        out.append(f)
-    return tuple(out)
+    fits = [r.fit for r in stand.values()]
+    others = [{m.candidate.label: values_of(m) for m in x.members} for x in fits]
+    if made.fit.linear.observation.healthy is None:
+        own = [m for m in made.fit.members if m.candidate.label not in made.held_back]
+        others.append({m.candidate.label: values_of(m) for m in own})
+    return tuple(_apart_from(f, others) if f.verdict in CONFIDENT else f for f in findings)
+
+
+def _apart_from(f: Finding, others: Sequence[Mapping[str, Mapping[str, Any]]]) -> Finding:
+    """A finding, its errors with half of what other models' numbers, by label, differ from it by at most."""
+    same = [v for model in others for x, v in model.items() if x.split()[0] == f.name and _same(v, f)]
+    errors = dict(f.standard_errors)
+    for k, v in errors.items():
+        apart = [0.5 * np.abs(np.subtract(own[k], f.parameters[k])) for own in same if k in own]
+        if apart:
+            errors[k] = np.hypot(v, np.max(apart, axis=0)).tolist()
+    return replace(f, standard_errors=errors)
 
 
 def _same(values: Mapping[str, Any], f: Finding) -> bool:
