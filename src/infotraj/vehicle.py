@@ -44,6 +44,7 @@ class _Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
+_MEASURED = 0.05  # of that sum: a flat body's, each moment measured to 2 %, is beyond it once in fifty
 _NEARLY_FLAT = 1.25  # times the sum of the other two: moments of a flat body, each off by ten percent, are within it
 
 
@@ -82,7 +83,7 @@ class Inertia(_Strict):
     def doubt(self) -> str:
         """Why no body has these moments, in words; empty where one may."""
         more = f"{100 * self.beyond:.2g} % larger than the sum of the other two, which it can at most equal"
-        return f"no body has this inertia: one moment is {more}" if self.beyond else ""
+        return f"no body has this inertia: one moment is {more}" if self.beyond > _MEASURED else ""
 
     def matrix(self) -> Array:
         """Inertia matrix, (3, 3), kg m^2."""
