@@ -82,10 +82,16 @@ def test_an_error_grows_with_what_the_file_is_off_by_and_no_further_than_files_a
     assert told_errors(small)[MASS] < told_errors(large)[MASS]
 
 
-def test_beside_healthy_flights_and_beside_a_file_that_is_taken_as_it_is_nothing_is_added():
+def test_a_set_that_is_fitted_beside_the_file_as_it_is_has_the_errors_of_a_file_that_was_found_to_be_wrong():
+    both = fitted([0.3, *4 * [0.0], 0.12, 0.0], ["mass_offset", "inertia_error"])
+    taken = fitted([0.3, *4 * [0.0], 0.12, 0.0], ["mass_offset", "inertia_error"], scale=0.0)
+    alone = fitted([0.3, *4 * [0.0], 0.12, 0.0], ["mass_offset"], scale=0.0)
+    assert told_errors(taken)[MASS] == pytest.approx(told_errors(both)[MASS], rel=0.1)
+    assert told_errors(alone, both)[MASS] > 2.0 * told_errors(alone)[MASS]
+
+
+def test_against_healthy_flights_nothing_is_added():
     made = fitted([0.2, *6 * [0.0]], ["mass_offset"], scale=0.3)
-    taken = replace(made, scales=Scales(0.0))
-    assert told_errors(taken) == pytest.approx(np.sqrt(np.diag(overdispersion(taken)[1])))
     against = SimpleNamespace(**{**vars(made.linear.observation), "healthy": object()})
     own = made.linear
     linear = SimpleNamespace(observation=against, absent=own.absent, scatter=None, choices=own.choices)

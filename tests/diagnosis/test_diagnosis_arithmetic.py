@@ -60,10 +60,15 @@ def test_a_vehicle_that_is_heavier_than_its_file_has_less_thrust_over_mass_and_s
     )
     monkeypatch.setattr(numbers, "overdispersion", lambda made: (1.0, 1e-6 * np.eye(3)))
 
-    def factor(*theta):
-        made = SimpleNamespace(linear=linear, labels=(), solution=SimpleNamespace(theta=np.array(theta)))
+    def told(*theta, labels=()):
+        made = SimpleNamespace(linear=linear, labels=labels, solution=SimpleNamespace(theta=np.array(theta)))
         (found,) = numbers.thrust_over_mass(made, scales=Scales(1.0))
-        return found.value
+        return found
 
-    assert factor(0.5, 0.0, 0.0) == pytest.approx(np.exp(-0.05))
-    assert factor(0.0, 0.1, 0.04) == pytest.approx(np.exp(0.07))
+    assert told(0.5, 0.0, 0.0).value == pytest.approx(np.exp(-0.05))
+    assert told(0.0, 0.1, 0.04).value == pytest.approx(np.mean(np.exp([0.1, 0.04])))
+    assert told(0.0, 0.1, 0.04).name == "thrust of all rotors over mass, factor"
+    # A rotor that is named has its thrust by that name: of the others no less is told.
+    others = told(0.5, -0.2, 0.04, labels=("rotor_effectiveness 0",))
+    assert others.value == pytest.approx(np.exp(0.04 - 0.05))
+    assert others.name == "thrust of the other rotors over mass, factor"

@@ -42,7 +42,7 @@ def made_of(monkeypatch, thetas, deviation, spike=0.3, **changed):
     linear = SimpleNamespace(columns=columns, observation=observation, spike=lambda _: np.full(len(columns), spike))
     solution = SimpleNamespace(theta=np.array([x for *_, x in thetas]))
     monkeypatch.setattr(numbers, "overdispersion", lambda _: (1.0, deviation**2 * np.eye(len(columns))))
-    monkeypatch.setattr(numbers, "told_errors", lambda _: np.full(len(columns), deviation))
+    monkeypatch.setattr(numbers, "told_errors", lambda *_: np.full(len(columns), deviation))
     return SimpleNamespace(**{"linear": linear, "solution": solution, "scales": None, "labels": (), **changed})
 
 
@@ -228,7 +228,7 @@ def with_ratio(monkeypatch, falls, out_of_line=True, beside=("thrust_scale", "co
     """Findings where each label corrects thrust over mass with these falls; what is left beside the named ones."""
     monkeypatch.setattr(ratio, "evidence", lambda fit, label, rng: evidence_of(**falls[label]))
     monkeypatch.setattr(ratio, "out_of_line", lambda told, named: out_of_line)
-    monkeypatch.setattr(ratio, "fitted_numbers", lambda fit: [{"factor": 0.1}])
+    monkeypatch.setattr(ratio, "fitted_numbers", lambda fit, told: [{"factor": 0.1}])
     monkeypatch.setattr(ratio, "values_of", lambda member: {"factor": 0.8})
 
     def fit(label):

@@ -92,7 +92,7 @@ def test_it_is_named_where_it_halves_an_error_with_what_leaves_less_than_twice_a
         module, "given", lambda search, fit, labels: SimpleNamespace(labels=labels, lost=lost, at_bound={})
     )
     monkeypatch.setattr(
-        module, "_finding", lambda label, fit, of, found: Finding(label.split()[0], "Supported", of, None, {}, {})
+        module, "_finding", lambda label, fit, told, of, found: Finding(label.split()[0], "Supported", of, None, {}, {})
     )
     search = SimpleNamespace(fitted=lambda labels, *_, **__: labels, known=[SimpleNamespace(name="com_offset")])
     absent = tuple(Finding(n, "Not needed", (n,), None, {}, {}) for n in ("rotor_effectiveness", "com_offset"))

@@ -53,7 +53,7 @@ def test_a_number_that_is_found_and_not_named_is_told_of_the_file(monkeypatch):
     made = SimpleNamespace(
         linear=linear, scales=None, solution=SimpleNamespace(theta=np.array([5.0, 5.0])), labels=("rotor_lag",)
     )
-    monkeypatch.setattr(numbers, "told_errors", lambda _: np.full(2, 0.1))
+    monkeypatch.setattr(numbers, "told_errors", lambda *_: np.full(2, 0.1))
 
     def told(named):
         return [c.candidate.name for c, *_ in numbers._off(made, named)]

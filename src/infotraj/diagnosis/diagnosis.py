@@ -213,7 +213,7 @@ def diagnose(
     doubts = agreement.still_doubtful(doubts, as_found, vehicle)
     # With the healthy numbers as they are a change would be as sure as if they were known.
     surer = final if healthy is None or not set(final.labels) <= set(told.labels) else told
-    numbers = dict(zip((m.candidate.label for m in surer.members), fitted_numbers(surer), strict=True))
+    numbers = dict(zip((m.candidate.label for m in surer.members), fitted_numbers(surer, told), strict=True))
     errors = tuple(numbers.get(m.candidate.label, {}) for m in added) if chosen else ()
     sure = {f.name for f in findings if f.verdict in CONFIDENT}
     unsure = {f.name: f"{f.name}: {f.reason}" for f in findings if f.unsure}

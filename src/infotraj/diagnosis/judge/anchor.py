@@ -27,13 +27,16 @@ _ALL = 0.01  # of all thrusts, or all arms, by one factor, in a file that is rig
 _TOLD = 0.15  # of a number: what flights tell less of says nothing of its kind
 
 
-def told_errors(made: Fit) -> Array:
-    """Standard errors (p,) of all numbers of a fit, usual sizes, of which a factor in common may be the file's."""
+def told_errors(made: Fit, told: Fit | None = None) -> Array:
+    """Standard errors (p,) of all numbers of a fit, usual sizes, of which a factor in common may be the file's.
+
+    told: a fit beside a file that is free to be wrong, which says how far it is off, where `made` does not.
+    """
     wider, covariance = overdispersion(made)
     errors = np.sqrt(np.diag(covariance))
-    if made.linear.observation.healthy is not None or made.scales.common == 0.0:
+    if made.linear.observation.healthy is not None:
         return errors
-    of_file = np.sqrt(np.diag(_covariance(made, off_by(made), wider)))
+    of_file = np.sqrt(np.diag(_covariance(made, off_by(told or made), wider)))
     return np.where(errors > 0.0, np.maximum(errors, of_file), 0.0)
 
 
@@ -88,7 +91,7 @@ def _prior(made: Fit, scale: float) -> Array:
 
 def _covariance(made: Fit, scale: float, wider: float = 1.0) -> Array:
     """Covariance (p, p) of all numbers beside such a file, 0 for those that are held. wider: of the data's variance."""
-    scorer, prior = made.scorer, _prior(made, scale)
+    scorer, prior = made.linear.scorer(_scales(made, scale), made.held), _prior(made, scale)
     free = scorer.covariance(made.chosen)[0]
     size = np.sqrt(np.diag(prior)[free])
     known = np.linalg.inv(prior[np.ix_(free, free)] / np.outer(size, size))

@@ -54,13 +54,13 @@ def with_lone_rotor(
         return findings, made
     # What leaves twice as much there is told from it.
     group = tuple(x.split()[0] for x, e in falls.items() if e.falls.get(axis, 0.0) > most - _HALF)
-    new = {x.split()[0]: _finding(x, fits[x], group, falls[x]) for x in tried if x.split()[0] in group}
+    new = {x.split()[0]: _finding(x, fits[x], told, group, falls[x]) for x in tried if x.split()[0] in group}
     return tuple(new.get(f.name, f) for f in findings), with_it
 
 
-def _finding(label: str, fit: Fit, group: tuple[str, ...], found) -> Finding:
+def _finding(label: str, fit: Fit, told: Fit, group: tuple[str, ...], found) -> Finding:
     k = [m.candidate.label for m in fit.members].index(label)
-    one = Finding(label.split()[0], "Supported", group, found, values_of(fit.members[k]), fitted_numbers(fit)[k])
+    one = Finding(label.split()[0], "Supported", group, found, values_of(fit.members[k]), fitted_numbers(fit, told)[k])
     if len(group) == 1:
         return one
     return replace(one, verdict="Not separable", reason=f"these flights cannot tell {' from '.join(group)}")

@@ -64,10 +64,10 @@ def values_of(m: Member) -> dict[str, Any]:
     return {k: v for k, v in m.effect.values.items() if k in wanted}
 
 
-def fitted_numbers(made: Fit) -> list[dict[str, Any]]:
-    """Standard errors of every member of a fit by parameter."""
+def fitted_numbers(made: Fit, told: Fit | None = None) -> list[dict[str, Any]]:
+    """Standard errors of every member of a fit by parameter. told: see `anchor.told_errors`."""
     vehicle = made.linear.observation.vehicle
-    deviation = told_errors(made)
+    deviation = told_errors(made, told)
     if made.linear.observation.healthy is not None:
         deviation = np.sqrt(overdispersion(made)[0]) * made.changes[2]
     out = []
@@ -213,7 +213,11 @@ def thrust_over_mass(
     rotors = [c.candidate.name == "rotor_effectiveness" and spike[i] > 0 for i, c in enumerate(linear.columns)]
     others = [c.candidate.label not in made.labels or c.candidate.name not in said for c in linear.columns]
     # A rotor that is named has its thrust by that name: of the others no less is told.
-    count = sum(a and b for a, b in zip(rotors, others, strict=True))
+    factors = {
+        i: float(np.exp(made.solution.theta[i] * c.scale))
+        for i, c in enumerate(linear.columns)
+        if rotors[i] and others[i]
+    }
     for i, c in enumerate(linear.columns):
         name = c.candidate.name
         if not others[i]:
@@ -221,17 +225,19 @@ def thrust_over_mass(
         if name == "thrust_scale" and name in inside:
             weight[i] = c.scale
         elif rotors[i]:
-            weight[i] = c.scale / count
+            weight[i] = c.scale * factors[i] / sum(factors.values())
         elif name == "mass_offset" and spike[i] > 0:
             weight[i] = -c.scale / vehicle.mass
-    # Coordinates are logarithms: a ratio is a sum.
-    total, error = float(weight @ made.solution.theta), float(np.sqrt(weight @ covariance @ weight))
+    # Coordinates are logarithms: a ratio is a sum, but that thrusts are added as they are.
+    alone = np.where(rotors, 0.0, weight)
+    total = float(alone @ made.solution.theta) + (float(np.log(np.mean(list(factors.values())))) if factors else 0.0)
+    error = float(np.sqrt(weight @ covariance @ weight))
     if error <= 0 or abs(total) < _SEEN * error:
         return []
     ordinary = abs(total) < ORDINARY * float(np.linalg.norm(weight * spike))
     factor = float(np.exp(total))
     takes, on = (0.0, ()) if scales else _most(_takes(made, weight, faint))
-    force = vehicle.drive.force if count == sum(rotors) else vehicle.drive.force.replace("all", "the other")
+    force = vehicle.drive.force if len(factors) == sum(rotors) else vehicle.drive.force.replace("all", "the other")
     return [FileNumber(f"{force} {_OVER_MASS}", 1.0, factor, error * factor, ordinary, takes=takes, on=on)]
 
 

@@ -45,7 +45,7 @@ def with_ratio(
     for x in group:
         fit = made.of_ratio[x]
         k = [m.candidate.label for m in fit.members].index(x)
-        values, errors = values_of(fit.members[k]), fitted_numbers(fit)[k]
+        values, errors = values_of(fit.members[k]), fitted_numbers(fit, told)[k]
         new[x] = Finding(x, "Supported", tuple(group), falls[x], values, errors)
         if len(group) > 1:
             reason = f"these flights cannot tell {' from '.join(group)}"
