@@ -146,3 +146,13 @@ def test_the_second_difference_of_the_position_is_as_wide_as_its_noise_asks(nois
     position = Stream(t, np.sin(t)[:, None] + noise * rng.standard_normal((len(t), 3)), gap=0.05)
     width = acceleration_width(position, 0.08)
     assert width == pytest.approx(wanted or np.sqrt(np.sqrt(6.0) * noise / 0.15), rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("lags", "code"),
+    [((-0.09, -0.07, -0.08), "response_before_command"), ((-0.2, 0.01, -0.05), "response_lag")],
+)
+def test_a_response_is_before_its_command_only_where_it_is_so_in_every_part_of_the_flight(lags, code):
+    segments = tuple((8.0 * k, lag, 0.005) for k, lag in enumerate(lags))
+    (found,) = response_findings(Offset(-0.08, 0.005, 0.1, segments, 0.0, 0.0), 0.01, "rotor_command")
+    assert found.code == code

@@ -177,6 +177,9 @@ def test_fix_goes_on_until_nothing_is_left_that_a_setting_mends() -> None:
 
 CHANGES: dict[str, tuple[str, dict, str, str]] = {
     "axes turned on top": ("rate", {"axes": ["y", "-x", "z"]}, "rate.axes=[y,-x,z]", "rate.axes=[-x,-y,z]"),
+    "axes turned on what was turned": (
+        "rate", {"axes": ["y", "z", "x"]}, "rate.axes=[x,-y,-z]", "rate.axes=[y,-z,-x]"
+    ),
     "scales multiplied": ("position", {"scale": 0.5}, "position.scale=0.1", "position.scale=0.05"),
     "shifts added": ("velocity", {"shift": 0.02}, "velocity.shift=-0.005", "velocity.shift=0.015"),
     "a world turned back": ("position", {"world": "NED"}, "position.world=NED", "position.world=ENU"),
