@@ -41,6 +41,15 @@ def test_a_flight_alone_may_differ_by_what_healthy_flights_differ_by():
     assert np.diag(alone - several) == pytest.approx([0.04, 0.0, 0.25, 0.0])
 
 
+def test_healthy_flights_leave_the_candidates_that_they_showed_each_rotor_by_itself():
+    known = [SimpleNamespace(name=x.split()[0], label=x) for x in ("drag", "rotor 0", "rotor 3", "lag")]
+    owners = (("rotor 0", 0), ("drag", 1), ("rotor 3", 0))
+    healthy = Healthy({}, owners, np.zeros(3), np.eye(3), np.zeros(3), frozenset(), ())
+    left, hidden = healthy.shown(known, {"sag": "no voltage"})
+    assert [c.label for c in left] == ["drag", "rotor 0", "rotor 3"]
+    assert hidden == {"sag": "no voltage", "lag": "the healthy flights cannot show it"}
+
+
 def test_axes_that_get_worse_are_those_whose_error_grows():
     before, after = np.ones(6), np.array([0.1, 2.0, 1.0, np.nan, 5.0, 1.0])
     said = worse_lines(SimpleNamespace(rmse=before), SimpleNamespace(rmse=after))

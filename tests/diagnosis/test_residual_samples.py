@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from thrust_flights import ROW, fly, with_thrusts
+from thrust_flights import ROW, fly, with_thrusts, without
 
-from infotraj.diagnosis.measure.residual import flight_samples
+from infotraj import rotations
+from infotraj.diagnosis.measure.residual import flight_samples, measured_side
 from infotraj.flight import Flight
 from infotraj.models import Model
 
@@ -18,3 +19,15 @@ def test_a_log_of_a_kilohertz_gives_samples_of_five_milliseconds_each_the_mean_o
         assert channel.rows.shape[1] == (0 if channel.difference else times)
         apart = np.diff(channel.last)[np.diff(channel.run) == 0]
         assert (apart == times).all()
+
+
+def test_without_an_accelerometer_what_holds_the_vehicle_up_was_measured_all_the_same():
+    """Of each step the velocity gained, and what gravity would have taken: the true specific force in world axes."""
+    flight = without(fly(seconds=8.0)[0], "ax", "ay", "az")
+    samples = flight_samples(Model(with_thrusts()), flight)
+    (channel,) = [c for c in samples.channels if c.name == "velocity"]
+    side = measured_side(samples, channel) / np.diff(flight.t[[channel.first, channel.last]], axis=0).T
+    world = rotations.to_world(flight.get("qw", "qx", "qy", "qz"), fly(seconds=8.0)[0].get("ax", "ay", "az"))
+    middle = 0.5 * (world[channel.first] + world[channel.last])
+    np.testing.assert_allclose(side, middle, atol=0.1)
+    assert side[:, 2].mean() == pytest.approx(9.81, abs=0.5)
