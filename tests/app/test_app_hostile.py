@@ -182,6 +182,26 @@ def test_a_room_is_numbers_and_no_option(tmp_path, box, seconds):
     assert window.job is None
 
 
+def test_what_is_not_ticked_is_not_saved(tmp_path, monkeypatch):
+    """All that was named is written as the diagnosis wrote it; of a part of it the numbers are fitted anew."""
+    (tmp_path / "work").mkdir()
+    window, started = Window("key", Folder(tmp_path, tmp_path / "work")), []
+    monkeypatch.setattr(window, "_start", started.append)
+    window.asked = {"model": Path("vehicle.yaml"), "flights": [Path("a.csv")], "reference": False}
+    boxes = [["mass_offset"], ["rotor_effectiveness 2"]]
+    window.answer = {"number": 1, "summary": "", "boxes": boxes, "reference": False}
+    (window.work / "new.yaml").write_text("both")
+    window.save("one.yaml", ["rotor_effectiveness 2"])
+    (job,) = started
+    assert job.words[2:] == [
+        "add", "vehicle.yaml", "rotor_effectiveness:2", "--fit", "a.csv", "-o", "one.yaml",
+    ]  # fmt: skip
+    assert not (tmp_path / "one.yaml").exists()
+    window.save("all.yaml", ["rotor_effectiveness 2", "mass_offset"])
+    assert (tmp_path / "all.yaml").read_text() == "both"
+    assert len(started) == 1
+
+
 def test_a_safe_name_has_one_of_the_suffixes(tmp_path):
     assert safe_name("../A model!.YAML", MODELS) == "A_model.yaml"
     with pytest.raises(UsageError):

@@ -9,10 +9,12 @@ from infotraj import rotations
 from infotraj.control.demand import demand
 from infotraj.control.gains import Gains
 from infotraj.control.inversion import invert
+from infotraj.control.response import invert_response
 from infotraj.control.thrust_vector import ThrustVectorController, ThrustVectorGains
 from infotraj.control.tracking import TrackingController, no_residual, states
 from infotraj.dynamics import rigid_body
 from infotraj.dynamics.actuators import body_wrench
+from infotraj.dynamics.allocation import Allocation
 from infotraj.residual.gaussian_process import GaussianProcess
 from infotraj.robots.robot import Estimate
 from infotraj.trajectories.reference import Reference
@@ -182,3 +184,20 @@ def test_a_known_response_is_inverted_with_its_own_gyroscopic_torque():
             np.abs(np.cross(row[10:13], unlike.inertia_matrix() @ row[10:13]) / np.diag(unlike.inertia_matrix())).max()
         )
     assert max(turning) > 0.05
+
+
+def test_what_the_residual_adds_is_no_error_of_a_known_response():
+    """The response of a rigid body and a residual on top make together what is demanded."""
+    process, response = a_process(size=0.3), OfARigidBody(OMAV)
+    scale, allocation = rigid_body.scale(OMAV), Allocation(OMAV)
+    state = np.concatenate([np.zeros(3), [1.0], np.zeros(9)])
+    wanted = np.array([0.5, -0.3, 9.81, 0.4, -0.2, 0.3])
+    offset, correction, command = np.zeros(6), np.zeros(3), np.empty(6)
+    missing = invert_response(
+        wanted, wanted, 0.0, state, response, allocation, scale, process.mean_arrays, 10.0, offset, correction, command
+    )
+    made = response.accelerations(0.0, state, *allocation.actuators(command * scale))
+    np.testing.assert_allclose(made[3:] + process.mean(command[None])[0], wanted[3:], atol=2e-3)
+    np.testing.assert_allclose(offset, 0.0, atol=2e-3)
+    assert np.abs(correction).max() > 0.1
+    assert missing < 1e-3

@@ -115,13 +115,14 @@ def belief(count, rng, keys):
     return Belief(fit, tuple(range(count)), 0.3 * root @ root.T / count)
 
 
-def test_how_often_two_explanations_are_told_apart_is_what_drawn_data_say():
+@pytest.mark.parametrize("odds", [0.4, 2.0, -2.0])
+def test_how_often_two_explanations_are_told_apart_is_what_drawn_data_say(odds):
     rng = np.random.default_rng(5)
     rows = 12
     first, second = belief(2, rng, [("file", 0), ("a", 0)]), belief(2, rng, [("file", 0), ("b", 0)])
     columns, apart = rng.standard_normal((rows, 3)), 1.6 * rng.standard_normal(rows)
     joint = np.column_stack([columns, apart])
-    question = Question(first, second, odds=0.4, spread=1.3)
+    question = Question(first, second, odds=odds, spread=1.3)
     told, least = question.told_apart(Gram(joint.T @ joint), np.random.default_rng(0))
 
     covariances = []
@@ -131,9 +132,9 @@ def test_how_often_two_explanations_are_told_apart_is_what_drawn_data_say():
     laws = [multivariate_normal(m, c) for m, c in zip((np.zeros(rows), apart), covariances, strict=True)]
     draws = [law.rvs(4000, random_state=rng) for law in laws]
     gains = [laws[k].logpdf(draws[k]) - laws[1 - k].logpdf(draws[k]) for k in (0, 1)]
-    likely = 1 / (1 + np.exp(-0.4))
+    likely = 1 / (1 + np.exp(-odds))
     forth, back = gains[0] / 1.3, gains[1] / 1.3
-    truth = likely * np.mean(0.4 + forth >= AS_PROBABLE) + (1 - likely) * np.mean(back - 0.4 >= AS_PROBABLE)
+    truth = likely * np.mean(odds + forth >= AS_PROBABLE) + (1 - likely) * np.mean(back - odds >= AS_PROBABLE)
     assert told == pytest.approx(truth, abs=0.06)
     assert least == pytest.approx(min(forth.mean(), back.mean()), rel=0.15)
 

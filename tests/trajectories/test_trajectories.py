@@ -78,6 +78,14 @@ def test_candidates_stay_within_the_limits_and_the_space():
     assert deviation.amplitude[0, 0] / raw.amplitude[0, 0] < 1.0  # such deviations had to shrink
 
 
+def test_no_deviation_that_is_sampled_jerks_by_more_than_is_allowed():
+    """A sine of amplitude c on the acceleration has a jerk of c w; the largest comes near what is allowed."""
+    space, rng = DeviationSpace(5.0, 0.1, 2.0, np.radians(60), max_jerk=3.0), np.random.default_rng(0)
+    drawn = [space.sample(rng) for _ in range(200)]
+    jerk = np.array([np.sum(np.abs(d.amplitude) * 2 * np.pi * d.frequency, axis=1) for d in drawn])
+    assert 2.5 < jerk.max() <= 3.0
+
+
 def test_a_deviation_of_nothing_is_the_task():
     task = figure_eight(np.radians(26), 9, 1, 0.01)
     same = deviate(task, Deviation(np.zeros((3, 2)), np.ones((3, 2))))
