@@ -41,6 +41,7 @@ def answer(**changed):
         beside=(),
         healthy=None,
         healthy_numbers=lambda finding: None,
+        changes=lambda finding: (),
         judged=True,
         refused={},
         doubts=(),

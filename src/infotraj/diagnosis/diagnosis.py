@@ -25,6 +25,7 @@ from infotraj.diagnosis.judge.unexplained import Unexplained
 from infotraj.diagnosis.judge.verdicts import CONFIDENT, MATTERS, Finding, named
 from infotraj.diagnosis.lengths import AGAIN, HEALTHY, PARTS, against
 from infotraj.diagnosis.linear.candidates import Candidate, candidates, places
+from infotraj.diagnosis.linear.change import Change, changes
 from infotraj.diagnosis.linear.healthy import Healthy
 from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.measure.residual import FlightSamples
@@ -109,12 +110,26 @@ class Diagnosis:
 
     def healthy_numbers(self, f: Finding) -> dict[str, Any] | None:
         """The healthy numbers of an effect that was fitted, and their standard errors, by parameter."""
+        c, vehicle = self._as_fitted(f), self.search.observation.vehicle
+        if c is None or self.healthy is None:
+            return None
+        return self.healthy.said(c, places(c, vehicle), vehicle)
+
+    def changes(self, f: Finding) -> tuple[Change, ...]:
+        """By how much the numbers of an effect that was fitted differ from the healthy ones."""
+        c, vehicle = self._as_fitted(f), self.search.observation.vehicle
+        if c is None or self.healthy is None:
+            return ()
+        at, now = places(c, vehicle), c.at({p.name: f.parameters[p.name] for p in c.form})
+        known = np.isfinite(self.healthy.errors(c.label, at)).tolist()
+        return changes(c, now, self.healthy.values(c, vehicle), f.standard_errors, known, at, vehicle)
+
+    def _as_fitted(self, f: Finding) -> Candidate | None:
+        """The candidate whose numbers a finding has, where it is held against healthy flights."""
         if self.healthy is None or not f.parameters:
             return None
-        vehicle = self.search.observation.vehicle
         own = [c for c in self.search.known if c.name == f.name]
-        c = next((c for c in own if all(f.parameters.get(k) == v for k, v in c.fixed)), None)
-        return None if c is None else self.healthy.said(c, places(c, vehicle), vehicle)
+        return next((c for c in own if all(f.parameters.get(k) == v for k, v in c.fixed)), None)
 
     def finding(self, name: str) -> Finding:
         """The finding of that name."""

@@ -11,9 +11,11 @@ _PREFIXES = (("", 1.0), ("m", 1e3), ("µ", 1e6))
 
 
 def numbers(row: dict[str, Any], about: dict[str, Any], key: str = "parameters") -> list[str]:
-    """The numbers of an effect with errors and units, a line each."""
+    """The numbers of an effect with errors and units, a line each. Beside healthy ones the errors of a row are those of
+    the changes (`changes`)."""
     values = row[key] if key == "parameters" else row[key]["parameters"]
-    errors = row["standard_errors"] if key == "parameters" else row[key]["standard_errors"]
+    own = {} if row.get("change") else row["standard_errors"]
+    errors = own if key == "parameters" else row[key]["standard_errors"]
     units = about.get("units", {})
     lines = []
     for name, value in values.items():
@@ -24,6 +26,18 @@ def numbers(row: dict[str, Any], about: dict[str, Any], key: str = "parameters")
             continue
         unit = plain_unit(units.get(name, ""))
         lines.append(f"{name} {_with_error(value, errors.get(name))}{' ' + unit if unit and unit != '-' else ''}")
+    return lines
+
+
+def changes(row: dict[str, Any]) -> list[str]:
+    """By how much the numbers of an effect differ from the healthy ones, with errors and units, a line each."""
+    lines = []
+    for c in row.get("change", ()):
+        if "times_healthy" in c:
+            lines.append(f"{c['name']} {_with_error(c['times_healthy'], c['standard_error'])} times the healthy one")
+        else:
+            number = _with_error(c["difference"], c["standard_error"])
+            lines.append(f"{c['name']} by {number} {plain_unit(c['unit'] or '')}".rstrip())
     return lines
 
 

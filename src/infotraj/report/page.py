@@ -13,7 +13,18 @@ from jinja2 import Environment, FunctionLoader, StrictUndefined
 from infotraj.diagnosis.report.reasons import about_takes, axis_in_words, why
 from infotraj.report.bars import gains, panel, whole_gain
 from infotraj.report.figures import figures, javascript
-from infotraj.report.formats import change, interval, measure, minus, numbers, percent, plain_unit, signed, significant
+from infotraj.report.formats import (
+    change,
+    changes,
+    interval,
+    measure,
+    minus,
+    numbers,
+    percent,
+    plain_unit,
+    signed,
+    significant,
+)
 from infotraj.report.squeezing import deflated
 from infotraj.writing import whole
 
@@ -65,6 +76,7 @@ def page(content: dict[str, Any]) -> str:
         numbers=lambda row, key="parameters": [
             minus(line) for line in numbers(row, content["effects"].get(row["name"], {}), key)
         ],
+        changes=lambda row: [minus(line) for line in changes(row)],
         shade=shade,
         figures=deflated(figures(content).encode()),
         data=_safe(json.dumps({key: content[key] for key in ("traces", "fall", "windows", "unit")} | _names(content))),

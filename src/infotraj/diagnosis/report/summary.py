@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from infotraj.diagnosis.gates.refusal import axis_group
 from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS, FileNumber
 from infotraj.diagnosis.judge.verdicts import Finding
 from infotraj.diagnosis.judge.worse import worse_lines
+from infotraj.diagnosis.linear.change import Change
 from infotraj.diagnosis.report.added_load import added_load
 from infotraj.diagnosis.report.reasons import about_takes, axis_in_words, why
 from infotraj.diagnosis.report.vehicle_file import ONE_FINDING, by_ratio
@@ -34,7 +36,7 @@ def as_dict(found: Diagnosis) -> dict[str, Any]:
             "unexplained": found.unexplained.found,
             "summary": sentence(found),
         },
-        "effects": [_effect(f, found.healthy_numbers(f)) for f in found.findings],
+        "effects": [_effect(f, found.healthy_numbers(f), found.changes(f)) for f in found.findings],
         "corrected": [{"name": e.name, "parameters": v, "standard_errors": s} for e, v, s in _corrected(found)],
         "reference": _reference(found),
         "load": None if (load := added_load(found)) is None else load.as_dict(),
@@ -150,7 +152,9 @@ def sentence(found: Diagnosis) -> str:
     for name in found.supported:
         f = found.finding(name)
         others = [n for n in f.group if n != name]
-        parts.append(name + (f" (or {' or '.join(others)}: not separable on these flights)" if others else ""))
+        apart = [f"or {' or '.join(others)}: not separable on these flights"] if others else []
+        said = [*([_changed(found, f)] if found.healthy is not None else []), *apart]
+        parts.append(name + (f" ({'; '.join(x for x in said if x)})" if any(said) else ""))
     if found.healthy is not None:
         first = f"Changed: {', '.join(parts)}" if parts else "Nothing changed that these flights can tell"
     else:
@@ -179,6 +183,19 @@ def sentence(found: Diagnosis) -> str:
     return first + "."
 
 
+def _changed(found: Diagnosis, f: Finding) -> str:
+    """By how much the numbers of an effect changed, and of which rotor; empty where healthy flights do not say."""
+    told = found.changes(f)
+    of = [f"{k}={v}" for k, v in f.parameters.items() if k not in f.standard_errors]
+    return f"{' '.join(of)}{': ' if of else ''}{', '.join(map(_change, told))}" if told else ""
+
+
+def _change(c: Change) -> str:
+    """One change with its standard error, as a factor of the healthy number or a difference from it."""
+    number = _plus_minus(c.value, c.standard_error)
+    return f"{c.name} {number} times the healthy one" if c.times else f"{c.name} by {number} {c.unit}".rstrip()
+
+
 def _number_of_file(n: FileNumber) -> str:
     return f"{n.name} {_short(n.value)} {n.unit}".strip()
 
@@ -195,12 +212,9 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
         usual = found.healthy_numbers(f)
         if usual is not None and not quiet:
             said = [f"{k}={_plus_minus(v, usual['standard_errors'][k])}" for k, v in usual["parameters"].items()]
-            now = [
-                f"{k}={_plus_minus(v, f.standard_errors.get(k))}"
-                for k, v in f.parameters.items()
-                if k in usual["parameters"]
-            ]
+            now = [f"{k}={_short(v)}" for k, v in f.parameters.items() if k in usual["parameters"]]
             lines.append(f"{'':<20}now {' '.join(now)}; healthy {' '.join(said)}")
+            lines += [f"{'':<20}changed: {_change(c)}" for c in found.changes(f)]
         if f.reason:
             lines.append(f"{'':<20}{f.reason}")
     if not verbose:
@@ -305,7 +319,7 @@ def _short(value: Any) -> str:
     return "?" if value is None else f"{value:.4g}"
 
 
-def _effect(f: Finding, usual: dict[str, Any] | None) -> dict[str, Any]:
+def _effect(f: Finding, usual: dict[str, Any] | None, changes: Sequence[Change] = ()) -> dict[str, Any]:
     e = f.evidence
     fitted = {k: v for k, v in f.parameters.items()}
     return {
@@ -323,7 +337,7 @@ def _effect(f: Finding, usual: dict[str, Any] | None) -> dict[str, Any]:
         "parameters": fitted,
         "standard_errors": f.standard_errors,
         "reason": f.reason or None,
-        **({"reference": usual} if usual is not None else {}),
+        **({"reference": usual, "change": [c.as_dict() for c in changes]} if usual is not None else {}),
         **({"instances": list(f.instances)} if f.instances else {}),
     }
 
