@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from infotraj.diagnosis.judge.unexplained import Unexplained
 from infotraj.diagnosis.judge.verdicts import Finding
 from infotraj.diagnosis.linear.candidates import Candidate, places
 from infotraj.diagnosis.linear.change import Change, changes
@@ -69,7 +70,8 @@ def test_the_sentence_and_the_page_say_the_change_with_its_own_error():
     }
     found = SimpleNamespace(
         supported=names, finding=lambda n: findings[names.index(n)], changes=lambda f: told[f.name], healthy=object(),
-        judged=True, refused={}, file=(), unexplained=SimpleNamespace(found=False), beside=(),
+        judged=True, refused={}, file=(), unexplained=Unexplained(False, ()), beside=(), usual=np.ones(6),
+        after=SimpleNamespace(rmse=np.ones(6), floor=np.ones(6)),
     )  # fmt: skip
     assert sentence(found) == (
         "Changed: rotor_effectiveness (rotor=2: factor 0.85 +- 0.001414 times the healthy one), "

@@ -107,7 +107,7 @@ def test_where_only_numbers_of_the_file_are_off_the_sentence_says_how_much_of_th
     found = SimpleNamespace(
         supported=(), beside=("mass_offset",), healthy=None, refused={"tz": "why"}, judged=True, file=(),
         before=SimpleNamespace(rmse=before), after=SimpleNamespace(rmse=after),
-        unexplained=SimpleNamespace(found=False), faint={},
+        unexplained=SimpleNamespace(found=False, axes=()), faint={},
     )  # fmt: skip
     corrected = "the numbers of your vehicle file make most of the error: corrected, 75 to 80 % of it is gone on fy, fz"
     assert f"No missing effect is supported; nothing can be said about tz: why; {corrected}." == sentence(found)

@@ -20,6 +20,7 @@ from infotraj.flight import Flight
 from infotraj.suggested import again
 
 ONES = np.ones(6)
+HEALTHY = SimpleNamespace(flights=())
 
 
 def evidence_of(rise):
@@ -42,6 +43,7 @@ def answer(**changed):
         healthy=None,
         healthy_numbers=lambda finding: None,
         changes=lambda finding: (),
+        usual=np.full(6, np.nan),
         judged=True,
         refused={},
         doubts=(),
@@ -220,3 +222,38 @@ def test_a_steady_turn_is_no_motion_and_seconds_count_by_the_root_of_their_varia
     )
     (used,), _ = parts([hard], 10.0)
     assert used.t[0] < 50.0
+
+
+def loud(axis, share=0.3, rise=1.0):
+    return Structure(axis, share, 0.0, rise, 1.0, (), None, 0.0)
+
+
+def test_an_error_far_above_what_healthy_flights_leave_is_a_change_without_a_name():
+    after = SimpleNamespace(rmse=np.array([0.385, 0.36, 0.05, 0.3, 0.02, 0.02]), floor=0.0185 * ONES)
+    usual = np.array([0.02, 0.02, 0.02, 0.29, np.nan, 0.02])
+    made = answer(after=after, healthy=HEALTHY, usual=usual, refused={"fy": "why"})
+    said = "omething changed that has no name here: the error is 20.8 times its floor on fx"
+    assert sentence(made) == f"S{said}; nothing can be said about fy: why."
+    assert list(as_dict(made)["verdict"]["unnamed_change"]) == ["fx"]
+    # The healthy flights leave as much on tx.
+    assert "on tx: what has no name; the healthy flights leave at most 0.29" in as_text(made)
+    made = answer(after=after, healthy=HEALTHY, usual=0.01 * ONES, unexplained=Unexplained(True, (loud("vz"),)))
+    assert "20.8 times its floor on fx, 19.5 times on fy, 16.2 times on tx, 2.7 times on fz" in sentence(made)
+    made.findings, made.supported = (found("linear_drag"),), ("linear_drag",)
+    assert sentence(made).startswith("Changed: linear_drag; something else changed that has no name here: the error is")
+
+
+def test_nothing_changed_is_not_said_where_structured_error_is_left():
+    quiet = SimpleNamespace(rmse=0.1 * ONES, floor=0.08 * ONES)
+    made = answer(after=quiet, healthy=HEALTHY, usual=0.1 * ONES)
+    assert sentence(made) == "Nothing changed that these flights can tell."
+    made.unexplained = Unexplained(True, (loud("tx"),))
+    assert sentence(made).startswith("No change has a name here; structured error is left on tx that")
+    assert "unnamed_change" not in as_dict(answer())["verdict"]
+
+
+def test_the_sentence_tells_the_axes_whose_error_is_largest_beside_its_floor():
+    after = SimpleNamespace(rmse=np.array([0.1, 0.1, 18.0, 102.0, 162.0, 6.0]), floor=ONES)
+    left = tuple(loud(a, rise=9.0 - k) for k, a in enumerate(("vz", "tz", "push y", "tx", "ty")))
+    made = answer(after=after, unexplained=Unexplained(True, left))
+    assert "structured error is left on ty, tx, vz that no effect" in sentence(made)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -64,7 +64,8 @@ class Diagnosis:
     whole: the fit of the effects that predict; final:
     that of the model that is given; beside: labels of its effects that are no finding and correct the file, for the
     named ones to hold; start, stop: s, the part of every flight that was used; healthy: what they were held against in
-    place of the model.
+    place of the model; usual (6,): the largest error that it leaves on any of its own flights, NaN where that is not
+    known.
     """
 
     findings: tuple[Finding, ...]
@@ -87,6 +88,7 @@ class Diagnosis:
     start: float | None = None
     stop: float | None = None
     healthy: Healthy | None = None
+    usual: Array = field(default_factory=lambda: np.full(len(AXES), np.nan))
 
     @property
     def samples(self) -> tuple[FlightSamples, ...]:
@@ -253,6 +255,7 @@ def diagnose(
         start,
         stop,
         healthy,
+        *([] if healthy is None else [_usual(model, healthy, start, stop)]),
     )
 
 
@@ -296,6 +299,12 @@ def learn(
         raise InputError(problem(f"the healthy flights: {why}", "flights that can be judged", "Choose others."))
     reached("numbers")
     return learned(around_fit(whole, search.known), flights, overdispersion(whole)[0])
+
+
+def _usual(model: Model, healthy: Healthy, start: float | None, stop: float | None) -> Array:
+    """The largest error that the healthy model leaves on any healthy flight, (6,)."""
+    made = refusal.compared(model, [as_level(f) for f in healthy.flights], start, stop)
+    return np.fmax.reduce([statistics([e]).rmse for e in made])
 
 
 def _in_balance(observation: Observation, balance: frozenset[str]) -> Observation:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from infotraj.comparing.equation_error import AXES
 from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.gates.refusal import axis_group
 from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS, FileNumber
+from infotraj.diagnosis.judge.unexplained import Structure
 from infotraj.diagnosis.judge.verdicts import Finding
 from infotraj.diagnosis.judge.worse import worse_lines
 from infotraj.diagnosis.linear.change import Change
@@ -24,7 +25,7 @@ from infotraj.rotations import Array
 _SPARSE = 0.01  # s between commands: with more, a delay of half of it cannot be told
 _FAR = 3.0  # times the floor: an error that large, on an axis that is judged, is spoken of
 _MOST = 0.5  # of an axis' error: where numbers of the file take as much, the answer says so first
-_FIRST = 3  # numbers of the file that the sentence tells, those that take most
+_FIRST = 3  # numbers of the file, or axes, that the sentence tells, those that take or leave most
 _ORDER = ("Supported", "Not separable", "Plausible", "Not needed", "Not testable here")
 
 
@@ -34,6 +35,7 @@ def as_dict(found: Diagnosis) -> dict[str, Any]:
         "verdict": {
             "supported": list(found.supported),
             "unexplained": found.unexplained.found,
+            **({"unnamed_change": unnamed_change(found)} if found.healthy is not None else {}),
             "summary": sentence(found),
         },
         "effects": [_effect(f, found.healthy_numbers(f), found.changes(f)) for f in found.findings],
@@ -123,6 +125,24 @@ def stays(found: Diagnosis) -> dict[str, float]:
     return {a: x for a, x in far.items() if a not in found.refused}
 
 
+def unnamed_change(found: Diagnosis) -> dict[str, float]:
+    """Axes that are judged whose error says that something changed which has no name, with how many times the floor it
+    is, the largest first: it is far above the floor or structured, and far above what healthy flights leave."""
+    if found.healthy is None:
+        return {}
+    structured = {axis_group(s.axis) for s in found.unexplained.axes} - {None, *found.refused}
+    times = _over_floor(found)
+    grown = found.after.rmse > _FAR * np.fmax(found.usual, 0.0)
+    on = [a for i, a in enumerate(AXES) if grown[i] and (a in structured or a in stays(found))]
+    return {a: times[a] for a in sorted(on, key=lambda a: -times[a])}
+
+
+def _over_floor(found: Diagnosis) -> dict[str, float]:
+    """How many times its floor the error of each axis is; 0 where it cannot be said."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return dict(zip(AXES, np.nan_to_num(found.after.rmse / found.after.floor).tolist(), strict=True))
+
+
 def _mended_by_file(found: Diagnosis) -> dict[str, float]:
     """Axes of whose error numbers of the file take most, beside what is named, with the share that goes.
 
@@ -155,8 +175,9 @@ def sentence(found: Diagnosis) -> str:
         apart = [f"or {' or '.join(others)}: not separable on these flights"] if others else []
         said = [*([_changed(found, f)] if found.healthy is not None else []), *apart]
         parts.append(name + (f" ({'; '.join(x for x in said if x)})" if any(said) else ""))
+    unnamed = unnamed_change(found)
     if found.healthy is not None:
-        first = f"Changed: {', '.join(parts)}" if parts else "Nothing changed that these flights can tell"
+        first = _changed_or_not(found, parts, unnamed)
     else:
         first = f"Missing: {', '.join(parts)}" if parts else "No missing effect is supported"
     if not found.judged:
@@ -177,10 +198,28 @@ def sentence(found: Diagnosis) -> str:
         corrects = [n for n in large if n.label in found.beside or (n.ratio and ratio)]
         most = [_number_of_file(n) for n in corrects if n.ordinary and mended.keys() & set(n.on)][:_FIRST]
         first += f", first of all {' and '.join(most)}" if most else ""
-    if found.unexplained.found:
-        where = ", ".join(list(dict.fromkeys(axis_in_words(s.axis) for s in found.unexplained.axes))[:3])
-        first += f"; structured error is left on {where} that no effect of the catalogue explains"
+    left = [s for s in found.unexplained.axes if axis_group(s.axis) not in unnamed]
+    if left:
+        first += f"; structured error is left on {_largest(found, left)} that no effect of the catalogue explains"
     return first + "."
+
+
+def _changed_or_not(found: Diagnosis, parts: Sequence[str], unnamed: Mapping[str, float]) -> str:
+    """What changed since the healthy flights, with or without a name."""
+    if not unnamed:
+        none = "No change has a name here" if found.unexplained.found else "Nothing changed that these flights can tell"
+        return f"Changed: {', '.join(parts)}" if parts else none
+    (axis, most), *others = unnamed.items()
+    times = ", ".join([f"{most:.3g} times its floor on {axis}", *(f"{x:.3g} times on {a}" for a, x in others)])
+    said = f"changed that has no name here: the error is {times}"
+    return f"Changed: {', '.join(parts)}; something else {said}" if parts else f"Something {said}"
+
+
+def _largest(found: Diagnosis, left: Sequence[Structure]) -> str:
+    """The axes of what is left whose error is the largest beside its floor, largest first."""
+    times = _over_floor(found)
+    far = sorted(left, key=lambda s: -times.get(axis_group(s.axis) or "", 0.0))
+    return ", ".join(list(dict.fromkeys(axis_in_words(s.axis) for s in far))[:_FIRST])
 
 
 def _changed(found: Diagnosis, f: Finding) -> str:
@@ -269,7 +308,9 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
     for axis, error in stays(found).items():
         if axis not in explained and "v" + axis[1] not in explained:
             unit_of = unit[axis[0]]
-            lines.append(f"{error:.3g} {unit_of} of error stay on {axis}: {cause}")
+            before = float(found.usual[AXES.index(axis)])
+            leave = f"; the healthy flights leave at most {before:.3g}" if np.isfinite(before) else ""
+            lines.append(f"{error:.3g} {unit_of} of error stay on {axis}: {cause}{leave}")
     for s in found.unexplained.axes:
         goes = ", ".join(f"{q} ({c:+.2f})" for q, c in s.goes_with)
         goes = f"; it goes with {goes}" if goes else ""
