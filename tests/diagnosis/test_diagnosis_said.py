@@ -257,3 +257,16 @@ def test_the_sentence_tells_the_axes_whose_error_is_largest_beside_its_floor():
     left = tuple(loud(a, rise=9.0 - k) for k, a in enumerate(("vz", "tz", "push y", "tx", "ty")))
     made = answer(after=after, unexplained=Unexplained(True, left))
     assert "structured error is left on ty, tx, vz that no effect" in sentence(made)
+
+
+def test_a_large_error_that_the_motion_does_not_predict_is_not_called_structured():
+    made = answer(unexplained=Unexplained(True, (loud("tx", share=0.0, rise=400.0), loud("fz"))))
+    said = "No missing effect is supported; structured error is left on fz that no effect of the catalogue explains; "
+    assert (
+        sentence(made)
+        == said + "a large error is left on tx that neither an effect of the catalogue nor the motion explains."
+    )
+    assert "left on tx: a large, slow error, 20 times its fast noise, that the motion does not predict\n" in as_text(
+        made
+    )
+    assert "left on fz: 30 % of the slow error can be predicted\n" in as_text(made)

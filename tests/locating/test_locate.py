@@ -17,6 +17,7 @@ from infotraj.locating.locating import locate
 from infotraj.locating.regions import region
 from infotraj.locating.search import Draws, Ranges, describe, shuffled
 from infotraj.locating.sentences import place_lines, place_sentence
+from infotraj.locating.windows import TimeWindow
 from infotraj.models import load_model
 
 VEHICLES = Path(__file__).parents[2] / "config" / "vehicles"
@@ -35,6 +36,17 @@ def test_nothing_hidden_nothing_named():
         assert not found.places
         assert not found.windows
         assert "no place" in summary.as_text(found)
+
+
+def test_an_error_in_single_windows_is_said_first_and_is_no_error_that_nothing_holds():
+    found = locate(load_model(QUADROTOR), [flown(QUADROTOR, seconds=6.0)])
+    lines = summary.as_text(
+        replace(found, windows=(TimeWindow(0, "tx", 2.0, 3.0, 0.3, 29.5, 803.0, 0.9),))
+    ).splitlines()
+    assert lines[0].startswith("it fails in single windows of time")
+    assert lines[0].endswith("no state or input goes with them:")
+    assert "2.0 to 3.0 s: tx error is 29.5 times the rest of the flight, 803 times the floor" in lines[1]
+    assert not [x for x in lines if "no place" in x or x.startswith("in time")]
 
 
 @pytest.mark.parametrize(

@@ -92,6 +92,11 @@ def as_text(located: Located, *, verbose: bool = False, healthy: Beside | None =
             lines.append(f"  {k + 1}. {_below(sentences.place_lines(p))}{_beside(p, u)}")
         if len(shown) < len(located.places):
             lines.append(f"  and {len(located.places) - len(shown)} more (-v)")
+    elif located.windows:
+        lines.append(
+            "it fails in single windows of time, beside each flight's own mean; no state or input goes with them:"
+        )
+        lines += _windows(located, verbose)
     else:
         lines.append(
             "no place: nothing in state, input or time holds more of the error than chance and the floor allow"
@@ -108,10 +113,9 @@ def as_text(located: Located, *, verbose: bool = False, healthy: Beside | None =
                 f"  {axis} is off by {bias:+.3g} {of} on average "
                 f"({100 * share:.0f} % of all its squared error){of_healthy}"
             )
-    if located.windows:
+    if located.windows and located.places:
         lines.append("in time, beside each flight's own mean:")
-        windows = located.windows if verbose else located.windows[:3]
-        lines += [f"  {sentences.window_sentence(w, Path(located.paths[w.flight]).name)}" for w in windows]
+        lines += _windows(located, verbose)
     # A place that says more of an axis than a shift in time would is not a delay.
     said = {axis: max((p.explained for p in located.places if p.axis == axis), default=0.0) for axis in AXES}
     late = [k for k in located.lags if k.late and k.share > said[k.axis]]
@@ -135,6 +139,11 @@ def as_text(located: Located, *, verbose: bool = False, healthy: Beside | None =
     lines += remarks(located.overall, located.errors)
     lines += accepted_lines(located.accepted)
     return "\n".join(lines) + "\n"
+
+
+def _windows(located: Located, verbose: bool) -> list[str]:
+    windows = located.windows if verbose else located.windows[:3]
+    return [f"  {sentences.window_sentence(w, Path(located.paths[w.flight]).name)}" for w in windows]
 
 
 def _times(s) -> Array:

@@ -51,6 +51,11 @@ class Structure:
     hint: str | None
     hint_share: float
 
+    @property
+    def predicted(self) -> bool:
+        """Whether the motion predicts a part of it: what does not may be left because it is large and slow."""
+        return self.share > 0.0
+
 
 @dataclass(frozen=True)
 class Unexplained:

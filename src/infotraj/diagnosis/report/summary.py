@@ -199,8 +199,12 @@ def sentence(found: Diagnosis) -> str:
         most = [_number_of_file(n) for n in corrects if n.ordinary and mended.keys() & set(n.on)][:_FIRST]
         first += f", first of all {' and '.join(most)}" if most else ""
     left = [s for s in found.unexplained.axes if axis_group(s.axis) not in unnamed]
-    if left:
-        first += f"; structured error is left on {_largest(found, left)} that no effect of the catalogue explains"
+    structured, unpredicted = [s for s in left if s.predicted], [s for s in left if not s.predicted]
+    if structured:
+        first += f"; structured error is left on {_largest(found, structured)} that no effect of the catalogue explains"
+    if unpredicted:
+        first += f"; a large error is left on {_largest(found, unpredicted)} that neither an effect of the catalogue "
+        first += "nor the motion explains"
     return first + "."
 
 
@@ -315,7 +319,9 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
         goes = ", ".join(f"{q} ({c:+.2f})" for q, c in s.goes_with)
         goes = f"; it goes with {goes}" if goes else ""
         of = axis_in_words(s.axis)
-        lines.append(f"left on {of}: {100 * s.share:.0f} % of the slow error can be predicted{goes}")
+        share = f"{100 * s.share:.0f} % of the slow error can be predicted{goes}"
+        far = f"a large, slow error, {np.sqrt(s.rise):.3g} times its fast noise, that the motion does not predict"
+        lines.append(f"left on {of}: {share if s.predicted else far}")
         if s.hint:
             lines.append(f"  hint, not a result: {s.hint.replace(s.axis, of, 1)} ({100 * s.hint_share:.0f} % held out)")
     every = found.search.observation.command_step
