@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from infotraj.diagnosis.judge.numbers import THRUST_OVER_MASS, FileNumber
-from infotraj.diagnosis.report.following import OTHERS, lines, written_otherwise
+from infotraj.diagnosis.report.following import OTHERS, flight_command, lines, weighing, written_otherwise
 from infotraj.diagnosis.report.reasons import about_takes
 from infotraj.diagnosis.report.summary import sentence
 from infotraj.diagnosis.report.vehicle_file import by_ratio
@@ -133,3 +133,31 @@ def test_where_only_numbers_of_the_file_are_off_the_sentence_says_how_much_of_th
     assert sentence(SimpleNamespace(**{**vars(found), **told, **doubted})).endswith(", first of all b 3.")
     for same in ({"beside": ()}, {"after": found.before}):
         assert "vehicle file" not in sentence(SimpleNamespace(**{**vars(found), **same}))
+
+
+def test_a_mass_is_told_from_a_thrust_by_a_scale_and_everything_else_by_a_flight():
+    found = diagnosis({"d": 0.1}, [{"d": 0.1}])
+
+    def unsure(*group):
+        return tuple(SimpleNamespace(name=n, verdict="Not separable", group=group, parameters={}) for n in group)
+
+    found.findings = unsure("mass_offset", "thrust_scale")
+    (told,) = [x for x in lines(found, MODEL, None) if x.startswith("what these flights cannot tell")]
+    assert told.startswith("what these flights cannot tell: mass_offset from thrust_scale, nor can any other flight")
+    assert "weigh the vehicle" in told
+    assert flight_command(found, MODEL) is None
+    found.findings += unsure("actuation_delay", "rotor_lag")
+    assert "--separate actuation_delay rotor_lag" in flight_command(found, MODEL)
+    assert weighing(found) is not None
+    found.findings = unsure("mass_offset", "inertia_error")
+    assert weighing(found) is None
+    assert "--separate mass_offset inertia_error" in lines(found, MODEL, None)[-1]
+
+
+def test_the_page_has_a_step_that_no_command_takes(quad_report):
+    content = json.loads(json.dumps(read_content(quad_report / "report.json")))
+    before = page(content).count('class="copy"')
+    content["next"].append({"why": "Weigh the vehicle", "command": ""})
+    made = page(content)
+    assert "<li><p>Weigh the vehicle.</p></li>" in made
+    assert made.count('class="copy"') == before

@@ -16,7 +16,7 @@ from infotraj.comparing.equation_error import AXES
 from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.report import summary
 from infotraj.diagnosis.report.asking import Asked
-from infotraj.diagnosis.report.following import OTHERS, compares, flight_command, next_command, sources
+from infotraj.diagnosis.report.following import OTHERS, compares, flight_command, next_command, sources, weighing
 from infotraj.diagnosis.report.steps import called, said
 from infotraj.effects import catalogue
 from infotraj.effects.registry import OF_THE_FILE
@@ -128,7 +128,7 @@ def _by_axis(values: Any) -> dict[str, float | None]:
 
 
 def _next(asked: Asked, found: Diagnosis, saved: Path | None) -> list[dict[str, str]]:
-    """What to do next: why, and the command."""
+    """What to do next: why, and the command, empty where it is done by hand."""
     model, named = asked.model, f"{quoted(asked.model)} {quoted(*sources(found))}"
     steps = found.command_steps
     rows = []
@@ -137,6 +137,9 @@ def _next(asked: Asked, found: Diagnosis, saved: Path | None) -> list[dict[str, 
         why = f"Compare the new model with the one as given ({OTHERS})" if compares(found, saved) else new
         rows.append((why, next_command(found, model, saved)))
     rows.append(("Look at where it fails", f"infotraj locate {named}{again('locate', command_steps=steps)}"))
+    scale = weighing(found)
+    if scale is not None:
+        rows.append((f"These flights cannot tell {scale}", ""))
     flight = flight_command(found, model)
     if flight is not None:
         rows.append(("Design the flight that tells what these could not", flight))

@@ -7,17 +7,19 @@ from pathlib import Path
 import numpy as np
 
 from infotraj.diagnosis.diagnosis import Diagnosis
+from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS
 from infotraj.suggested import again, quoted, unused
 
 _DIGITS = 5e-4  # of a number: less is not seen in the table
 _WHY_OTHERWISE = "the table's are found with every number of the file free, the model's with only what it corrects free"
+_SCALE = "its mass on a scale says which it is"
 OTHERS = "these flights were fitted; others in their place are the real test"
 
 
 def lines(found: Diagnosis, model: Path, saved: Path | None) -> list[str]:
     """What to do next, a line each. saved: where the new model was written, if it was."""
-    flight = flight_command(found, model)
-    tells = [] if flight is None else [f"what these flights cannot tell: {flight}"]
+    told = (weighing(found), flight_command(found, model))
+    tells = [f"what these flights cannot tell: {x}" for x in told if x is not None]
     others = [OTHERS] if compares(found, saved) else []
     apart = written_otherwise(found) if saved is not None else []
     fitted = [f"{saved} has other numbers than the table for {', '.join(apart)}: {_WHY_OTHERWISE}"] if apart else []
@@ -55,9 +57,23 @@ def next_command(found: Diagnosis, model: Path, saved: Path | None) -> str:
     return f"infotraj {name} {words}{again(name, command_steps=found.command_steps)}"
 
 
+def weighing(found: Diagnosis) -> str | None:
+    """What tells a mass from a thrust, which no flight does; None where that is no question."""
+    group = next((g for g in _groups(found) if set(g) <= OF_THRUST_OVER_MASS), ())
+    if not group:
+        return None
+    which = " from ".join(group)
+    return f"{which}, nor can any other flight, for what the rotors push is not measured; weigh the vehicle: {_SCALE}"
+
+
+def _groups(found: Diagnosis) -> list[tuple[str, ...]]:
+    """The groups of what these flights cannot tell apart."""
+    return [f.group for f in found.findings if f.verdict == "Not separable"]
+
+
 def flight_command(found: Diagnosis, model: Path) -> str | None:
     """The command that designs the flight which tells what these could not; None where they could tell everything."""
-    group = next((f.group for f in found.findings if f.verdict == "Not separable"), ())
+    group = next((g for g in _groups(found) if not set(g) <= OF_THRUST_OVER_MASS), ())
     open_questions = bool(group) or any(f.verdict == "Plausible" for f in found.findings)
     if not found.judged or found.healthy is not None or not open_questions:
         return None
