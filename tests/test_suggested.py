@@ -2,6 +2,7 @@
 
 import shlex
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import yaml
@@ -10,6 +11,7 @@ from exact_simulation import fly
 
 from infotraj.checking.settings import by_mapping, of_log
 from infotraj.cli import cli
+from infotraj.diagnosis.report.following import next_command
 from infotraj.errors import InputError, UsageError
 from infotraj.flight import read_flight
 from infotraj.importing.foreign import foreign
@@ -88,10 +90,26 @@ def test_an_option_that_the_next_command_has_not_is_left_out(names):
     assert not {"--window", "--force-from", "--least-excess", "--seed", "--from"} & set(said)
 
 
-def test_a_reference_is_handed_on_with_quotes(names):
-    said = told("locate", *names, "--reference", f"{ODD}/b.parquet", "--from", "1")
+@pytest.mark.parametrize(("command", "following"), [("compare", "locate"), ("locate", "diagnose")])
+def test_a_reference_is_handed_on_with_quotes(command, following, names):
+    said = told(command, *names, "--reference", f"{ODD}/b.parquet", "--from", "1")
+    assert said[0] == following
     assert after("--reference", said) == f"{ODD}/b.parquet"
     runs(said)
+
+
+def test_after_a_diagnosis_the_healthy_flights_that_were_used_are_handed_on():
+    used, healthy = (
+        [SimpleNamespace(meta={"source": f"{n}.parquet"}) for n in names] for names in (("a",), ("b c", "-d"))
+    )
+    found = SimpleNamespace(
+        supported=("linear_drag",), beside=(), command_steps=1, healthy=SimpleNamespace(flights=healthy),
+        samples=[SimpleNamespace(flight=f) for f in used],
+    )  # fmt: skip
+    said = next_command(found, Path("m.yaml"), None)
+    assert said == "infotraj locate m.yaml a.parquet --reference 'b c.parquet' ./-d.parquet"
+    found.healthy = None
+    assert "--reference" not in next_command(found, Path("m.yaml"), None)
 
 
 def test_a_new_model_has_a_name_that_no_file_has(names):

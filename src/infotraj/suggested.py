@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,16 +22,19 @@ def quoted(*words: object) -> str:
     return " ".join(shlex.quote(f"./{w}" if str(w).startswith("-") else str(w)) for w in words)
 
 
-def again(command: str, *, command_steps: int = 1) -> str:
+def again(command: str, *, command_steps: int = 1, reference: Sequence[object] = ()) -> str:
     """The options that the running command was given and the next one, `command`, has too, each after a space.
 
-    command_steps: how sparse commands were read where no option says so. Without a running command that is all.
+    command_steps: how sparse commands were read where no option says so; reference: the healthy flights that were used,
+    for a command that takes any. Without a running command that is all.
     """
     given = _given()
     if command_steps > 1:
         given.setdefault("--command-steps", command_steps)
     known = _options(command)
     words = [w for name, value in given.items() if known is None or name in known for w in _words(name, value)]
+    if reference and (known is None or "--reference" in known):
+        words.append(f"--reference {quoted(*reference)}")
     return "".join(f" {w}" for w in words)
 
 

@@ -169,6 +169,7 @@ def compare_command(
     if summary.at_floor(comparison.models[0].overall):
         say_nothing_left(model, named)
     else:
-        say_next(f"infotraj locate {quoted(model, *named)}{again('locate')}")
+        options = again("locate", reference=[f.meta["source"] for f in others.flights])
+        say_next(f"infotraj locate {quoted(model, *named)}{options}")
     if said:
         sys.exit(THRESHOLD_PASSED)

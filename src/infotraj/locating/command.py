@@ -136,5 +136,5 @@ def locate_command(
     if at_floor(located.overall) and not located.places and healthy is None:
         say_nothing_left(model, located.paths)
         return
-    beside_them = f" --reference {quoted(*healthy.paths)}" if healthy is not None else ""
-    say_next(f"infotraj diagnose {quoted(model, *located.paths)}{beside_them}{again('diagnose')}")
+    options = again("diagnose", reference=healthy.paths if healthy is not None else ())
+    say_next(f"infotraj diagnose {quoted(model, *located.paths)}{options}")

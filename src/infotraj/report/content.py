@@ -16,7 +16,15 @@ from infotraj.comparing.equation_error import AXES
 from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.report import summary
 from infotraj.diagnosis.report.asking import Asked
-from infotraj.diagnosis.report.following import OTHERS, compares, flight_command, next_command, sources, weighing
+from infotraj.diagnosis.report.following import (
+    OTHERS,
+    compares,
+    flight_command,
+    healthy_sources,
+    next_command,
+    sources,
+    weighing,
+)
 from infotraj.diagnosis.report.steps import called, said
 from infotraj.effects import catalogue
 from infotraj.effects.registry import OF_THE_FILE
@@ -130,13 +138,13 @@ def _by_axis(values: Any) -> dict[str, float | None]:
 def _next(asked: Asked, found: Diagnosis, saved: Path | None) -> list[dict[str, str]]:
     """What to do next: why, and the command, empty where it is done by hand."""
     model, named = asked.model, f"{quoted(asked.model)} {quoted(*sources(found))}"
-    steps = found.command_steps
+    how: dict[str, Any] = {"command_steps": found.command_steps, "reference": healthy_sources(found)}
     rows = []
     if (found.supported or found.beside) and found.healthy is None:
         new = "Write the model with what is named" if found.supported else "Write the model with the file corrected"
         why = f"Compare the new model with the one as given ({OTHERS})" if compares(found, saved) else new
         rows.append((why, next_command(found, model, saved)))
-    rows.append(("Look at where it fails", f"infotraj locate {named}{again('locate', command_steps=steps)}"))
+    rows.append(("Look at where it fails", f"infotraj locate {named}{again('locate', **how)}"))
     scale = weighing(found)
     if scale is not None:
         rows.append((f"These flights cannot tell {scale}", ""))
@@ -144,6 +152,6 @@ def _next(asked: Asked, found: Diagnosis, saved: Path | None) -> list[dict[str, 
     if flight is not None:
         rows.append(("Design the flight that tells what these could not", flight))
     if found.before.rows.any():  # else there is no measured wrench to show
-        see = f"infotraj compare {named} --recording worst.rrd{again('compare', command_steps=steps)}"
+        see = f"infotraj compare {named} --recording worst.rrd{again('compare', **how)}"
         rows.append(("See the worst flight in three dimensions", see))
     return [{"why": why, "command": command} for why, command in rows]

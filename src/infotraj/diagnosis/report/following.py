@@ -54,7 +54,7 @@ def next_command(found: Diagnosis, model: Path, saved: Path | None) -> str:
         name, words = "diagnose", f"{given} {named} --save-model {unused('new.yaml')}"
     else:
         name, words = "compare", f"{quoted(saved)} {named} --against {given}"
-    return f"infotraj {name} {words}{again(name, command_steps=found.command_steps)}"
+    return f"infotraj {name} {words}{again(name, command_steps=found.command_steps, reference=healthy_sources(found))}"
 
 
 def weighing(found: Diagnosis) -> str | None:
@@ -80,6 +80,11 @@ def flight_command(found: Diagnosis, model: Path) -> str | None:
     asked = f" --separate {group[0]} {group[1]}" if group else ""
     flown = f"--flown {quoted(*sources(found))}{asked}{again('design', command_steps=found.command_steps)}"
     return f"infotraj design {quoted(model)} {flown} -o {unused('next.csv')}"
+
+
+def healthy_sources(found: Diagnosis) -> list[str]:
+    """The files of the healthy flights that were used."""
+    return [] if found.healthy is None else [str(f.meta.get("source", "flight")) for f in found.healthy.flights]
 
 
 def sources(found: Diagnosis) -> list[str]:
