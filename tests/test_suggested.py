@@ -4,6 +4,7 @@ import shlex
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 import yaml
 from click.testing import CliRunner
@@ -13,7 +14,7 @@ from infotraj.checking.settings import by_mapping, of_log
 from infotraj.cli import cli
 from infotraj.diagnosis.report.following import next_command
 from infotraj.errors import InputError, UsageError
-from infotraj.flight import read_flight
+from infotraj.flight import Flight, read_flight
 from infotraj.importing.foreign import foreign
 from infotraj.importing.log import what_is_left
 from infotraj.suggested import again, quoted, unused
@@ -85,6 +86,28 @@ def test_what_was_added_is_compared_on_the_part_that_was_fitted(names):
     runs(said)
 
 
+def test_poses_alone_are_imported_before_errors_are_asked_for(names, flown, tmp_path):
+    """An import derives velocity and rates; without them there is no measured force or torque."""
+    poses = flown[0].drop(columns=["vx", "vy", "vz", "wx", "wy", "wz", "ax", "ay", "az"])
+    poses.to_parquet("-p.parquet")
+    said = told("compare", names[0], "./-p.parquet")
+    assert said == ["import", "./-p.parquet", "-o", "flights/"]
+    runs(said)
+    runs(["locate", names[0], "flights/-p.parquet"])
+    alone = CliRunner().invoke(cli, ["locate", names[0], "./-p.parquet"])
+    assert "`infotraj import` derives velocity and rates from its poses." in str(alone.exception)
+    found = SimpleNamespace(
+        supported=(), beside=(), command_steps=1, healthy=None, before=SimpleNamespace(rows=np.zeros(6)),
+        samples=[SimpleNamespace(flight=Flight(poses, {"source": "p.parquet"}))],
+    )  # fmt: skip
+    assert next_command(found, Path("m.yaml"), None) == "infotraj import p.parquet -o flights-2/"
+    found.supported = ("linear_drag",)
+    assert next_command(found, Path("m.yaml"), None).startswith("infotraj diagnose m.yaml p.parquet --save-model")
+    assert next_command(found, Path("m.yaml"), Path("new.yaml")).startswith("infotraj import")
+    found.samples = [SimpleNamespace(flight=Flight(flown[0], {"source": "p.parquet"}))]
+    assert next_command(found, Path("m.yaml"), Path("new.yaml")) == "infotraj check p.parquet --vehicle m.yaml"
+
+
 def test_an_option_that_the_next_command_has_not_is_left_out(names):
     said = told("locate", *names, "--window", "0.2", "--force-from", "velocity", "--least-excess", "0.3")
     assert not {"--window", "--force-from", "--least-excess", "--seed", "--from"} & set(said)
@@ -104,6 +127,7 @@ def test_after_a_diagnosis_the_healthy_flights_that_were_used_are_handed_on():
     )
     found = SimpleNamespace(
         supported=("linear_drag",), beside=(), command_steps=1, healthy=SimpleNamespace(flights=healthy),
+        before=SimpleNamespace(rows=np.ones(6)),
         samples=[SimpleNamespace(flight=f) for f in used],
     )  # fmt: skip
     said = next_command(found, Path("m.yaml"), None)

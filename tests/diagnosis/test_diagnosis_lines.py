@@ -29,6 +29,7 @@ def diagnosis(told, written, instances=()):
     return SimpleNamespace(
         findings=(finding,), model=SimpleNamespace(effects=effects), supported=("linear_drag",), beside=(),
         healthy=None, command_steps=1, judged=True, samples=[SimpleNamespace(flight=flight)],
+        before=SimpleNamespace(rows=np.ones(6)),
     )  # fmt: skip
 
 

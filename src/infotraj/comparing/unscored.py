@@ -11,12 +11,18 @@ _FLIGHT = "a flight in the air with commands and measured motion"
 
 
 def unscored(
-    what: str, reasons: Iterable[str], left_out: Mapping[str, int], rows: int, window: float | None = None
+    what: str,
+    reasons: Iterable[str],
+    left_out: Mapping[str, int],
+    rows: int,
+    window: float | None = None,
+    remedy: str = "Leave it out.",
 ) -> InputError:
     """The error of a flight of which nothing is left: what the vehicle file lacks is no fault of the flight.
 
     what: the flight, and that nothing is left; reasons: why axes or channels cannot be answered; left_out: rows that do
-    not count, by reason; rows: of the flight; window: s, of the filter, where there is one.
+    not count, by reason; rows: of the flight; window: s, of the filter, where there is one; remedy: where the flight
+    itself lacks something.
     """
     reasons = list(dict.fromkeys(reasons))
     left = [f"{n} {reason}" for reason, n in left_out.items() if n]
@@ -30,4 +36,4 @@ def unscored(
         return InputError(
             problem(found, f"a vehicle file with {' and '.join(lacks)}", "Add what it lacks to the file.")
         )
-    return InputError(problem(found, _FLIGHT, "Leave it out."))
+    return InputError(problem(found, _FLIGHT, remedy))

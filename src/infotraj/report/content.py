@@ -13,6 +13,7 @@ import numpy as np
 
 from infotraj import __version__
 from infotraj.comparing.equation_error import AXES
+from infotraj.comparing.following import measuring_command
 from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.report import summary
 from infotraj.diagnosis.report.asking import Asked
@@ -21,6 +22,7 @@ from infotraj.diagnosis.report.following import (
     compares,
     flight_command,
     healthy_sources,
+    measured,
     next_command,
     sources,
     weighing,
@@ -140,18 +142,23 @@ def _next(asked: Asked, found: Diagnosis, saved: Path | None) -> list[dict[str, 
     model, named = asked.model, f"{quoted(asked.model)} {quoted(*sources(found))}"
     how: dict[str, Any] = {"command_steps": found.command_steps, "reference": healthy_sources(found)}
     rows = []
-    if (found.supported or found.beside) and found.healthy is None:
+    shown = measured(found)  # else there is no measured wrench to show
+    if (found.supported or found.beside) and found.healthy is None and (shown or saved is None):
         new = "Write the model with what is named" if found.supported else "Write the model with the file corrected"
         why = f"Compare the new model with the one as given ({OTHERS})" if compares(found, saved) else new
         rows.append((why, next_command(found, model, saved)))
-    rows.append(("Look at where it fails", f"infotraj locate {named}{again('locate', **how)}"))
+    if shown:
+        rows.append(("Look at where it fails", f"infotraj locate {named}{again('locate', **how)}"))
+    else:
+        flights = [s.flight for s in found.samples]
+        rows.append(("Have something measured to compare with", measuring_command(flights, model)))
     scale = weighing(found)
     if scale is not None:
         rows.append((f"These flights cannot tell {scale}", ""))
     flight = flight_command(found, model)
     if flight is not None:
         rows.append(("Design the flight that tells what these could not", flight))
-    if found.before.rows.any():  # else there is no measured wrench to show
+    if shown:
         see = f"infotraj compare {named} --recording worst.rrd{again('compare', **how)}"
         rows.append(("See the worst flight in three dimensions", see))
     return [{"why": why, "command": command} for why, command in rows]

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from infotraj.comparing.following import measuring_command
 from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS
 from infotraj.suggested import again, quoted, unused
@@ -42,13 +43,22 @@ def written_otherwise(found: Diagnosis) -> list[str]:
 
 def compares(found: Diagnosis, saved: Path | None) -> bool:
     """Whether the command that comes next compares the new model with the one as given, on the flights of the fit."""
-    return saved is not None and bool(found.supported or found.beside) and found.healthy is None
+    told = bool(found.supported or found.beside) and found.healthy is None
+    return saved is not None and told and measured(found)
+
+
+def measured(found: Diagnosis) -> bool:
+    """Whether these flights hold a measured force or torque, not poses alone: else no error can be shown."""
+    return bool(found.before.rows.any())
 
 
 def next_command(found: Diagnosis, model: Path, saved: Path | None) -> str:
     """The command that comes next. saved: where the new model was written, if it was."""
     given, named = quoted(model), quoted(*sources(found))
-    if not (found.supported or found.beside) or found.healthy is not None:
+    new = (found.supported or found.beside) and found.healthy is None
+    if not measured(found) and (not new or saved is not None):
+        return measuring_command([s.flight for s in found.samples], model)
+    if not new:
         name, words = "locate", f"{given} {named}"
     elif saved is None:
         name, words = "diagnose", f"{given} {named} --save-model {unused('new.yaml')}"
