@@ -3,7 +3,6 @@ the model that `diagnose` gives."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,7 +15,7 @@ from infotraj.diagnosis.diagnosis import held_members
 from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.gates.observing import observe
 from infotraj.diagnosis.judge.giving import given
-from infotraj.diagnosis.judge.numbers import fitted_numbers
+from infotraj.diagnosis.judge.numbers import fitted_numbers, number_in_words
 from infotraj.diagnosis.judge.worse import worse_lines
 from infotraj.diagnosis.linear.candidates import candidates
 from infotraj.diagnosis.select.bounds import below_file, beyond_bounds
@@ -81,7 +80,7 @@ class Added:
         """A line an effect, one of what corrects the file, then a line an axis, and what is worse."""
         lines = []
         for e, s in zip(self.model.effects, self.errors, strict=True):
-            said = f"{e.name}: {', '.join(_number(k, v, s.get(k)) for k, v in e.values.items())}"
+            said = f"{e.name}: {', '.join(number_in_words(k, v, s.get(k)) for k, v in e.values.items())}"
             if e.label not in self.beside:
                 lines.append(said)
             elif len(self.beside) == 1:
@@ -172,25 +171,3 @@ def _given(search: Search, found: Fit, asked: Sequence[str]) -> tuple[Fit, tuple
     if not (made.lost or made.held_back.keys() & set(asked)):
         return made.fit, made.beside
     return search.fitted([*asked, *made.beside], found, made.fit.scales, go_on=True), made.beside
-
-
-def _number(name: str, value: Any, error: Any) -> str:
-    """A parameter with its standard error, no more digits than the error leaves: `d [0.0982, 0.1] +- [0.002, 0.01]`."""
-    values = value if isinstance(value, list) else [value]
-    errors = [None] * len(values) if error is None else error if isinstance(error, list) else [error]
-    shown = [_digits(v, s) for v, s in zip(values, errors, strict=True)]
-    text = f"{name} [{', '.join(shown)}]" if isinstance(value, list) else f"{name} {shown[0]}"
-    if error is None:
-        return text
-    said = [f"{s:.2g}" for s in errors]
-    return f"{text} +- [{', '.join(said)}]" if isinstance(value, list) else f"{text} +- {said[0]}"
-
-
-def _digits(value: float, error: float | None) -> str:
-    """The value to the second digit of its standard error; to four digits where there is none."""
-    if isinstance(value, int):
-        return str(value)
-    if not error or not math.isfinite(error) or value == 0.0:
-        return f"{value:.4g}"
-    digits = 2 + math.floor(math.log10(abs(value))) - math.floor(math.log10(error))
-    return f"{value:.{min(max(digits, 1), 6)}g}"

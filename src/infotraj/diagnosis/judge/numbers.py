@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -245,3 +246,25 @@ def out_of_line(made: Fit, named: Container[str]) -> bool:
     """Whether thrust over mass, which no effect of the set in `named` says, is further off than in files that are off
     by ten percent."""
     return any(not n.ordinary for n in thrust_over_mass(made, named, scales=Scales(max(SCALES))))
+
+
+def number_in_words(name: str, value: Any, error: Any, between: str = " ") -> str:
+    """A parameter with its standard error, no more digits than the error leaves: `d [0.0982, 0.1] +- [0.002, 0.01]`."""
+    values = value if isinstance(value, list) else [value]
+    errors = [None] * len(values) if error is None else error if isinstance(error, list) else [error]
+    shown = [_digits(v, s) for v, s in zip(values, errors, strict=True)]
+    text = name + between + (f"[{', '.join(shown)}]" if isinstance(value, list) else shown[0])
+    if error is None:
+        return text
+    said = [f"{s:.2g}" for s in errors]
+    return f"{text} +- [{', '.join(said)}]" if isinstance(value, list) else f"{text} +- {said[0]}"
+
+
+def _digits(value: float, error: float | None) -> str:
+    """The value to the second digit of its standard error; to four digits where there is none."""
+    if isinstance(value, int):
+        return str(value)
+    if not error or not math.isfinite(error) or value == 0.0:
+        return f"{value:.4g}"
+    digits = 2 + math.floor(math.log10(abs(value))) - math.floor(math.log10(error))
+    return f"{value:.{min(max(digits, 1), 6)}g}"

@@ -11,7 +11,7 @@ from infotraj.checking.acceptance import accepted_in, accepted_lines
 from infotraj.comparing.equation_error import AXES
 from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.gates.refusal import axis_group
-from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS, FileNumber
+from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS, FileNumber, number_in_words
 from infotraj.diagnosis.judge.unexplained import Structure
 from infotraj.diagnosis.judge.verdicts import Finding
 from infotraj.diagnosis.judge.worse import worse_lines
@@ -251,8 +251,9 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
         quiet = f.verdict in ("Not needed", "Not testable here")
         if quiet and not verbose:
             continue
-        lines.append(_row(f))
         usual = found.healthy_numbers(f)
+        # Beside healthy flights an error is that of the change, which stands below.
+        lines.append(_row(f, f.standard_errors if usual is None else {}))
         if usual is not None and not quiet:
             said = [f"{k}={_plus_minus(v, usual['standard_errors'][k])}" for k, v in usual["parameters"].items()]
             now = [f"{k}={_short(v)}" for k, v in f.parameters.items() if k in usual["parameters"]]
@@ -341,13 +342,14 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _row(f: Finding) -> str:
+def _row(f: Finding, errors: Mapping[str, Any]) -> str:
     if f.evidence is None:
         return f"{f.name:<20}{f.verdict}"
     e = f.evidence
     interval = f"{e.ci95[0]:+.3f} {e.ci95[1]:+.3f}"
     better = f"{e.flights_better[0]}/{e.flights_better[1]}"
-    values = " ".join(f"{k}={_short(v)}" for k, v in f.parameters.items() if v is not None)
+    told = {k: v for k, v in f.parameters.items() if v is not None}
+    values = " ".join(number_in_words(k, v, errors.get(k), "=") for k, v in told.items())
     if values and e.form_error >= 0.1 and f.verdict not in ("Not needed", "Not testable here"):
         values += f", from place to place by {100 * e.form_error:.0f} %"
     return (
