@@ -321,7 +321,8 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
         goes = f"; it goes with {goes}" if goes else ""
         of = axis_in_words(s.axis)
         share = f"{100 * s.share:.0f} % of the slow error can be predicted{goes}"
-        far = f"a large, slow error, {np.sqrt(s.rise):.3g} times its fast noise, that the motion does not predict"
+        times = float(np.sqrt(max(s.rise, 0.0)))
+        far = f"a large, slow error, {times:.3g} times its fast noise, that the motion does not predict"
         lines.append(f"left on {of}: {share if s.predicted else far}")
         if s.hint:
             lines.append(f"  hint, not a result: {s.hint.replace(s.axis, of, 1)} ({100 * s.hint_share:.0f} % held out)")
