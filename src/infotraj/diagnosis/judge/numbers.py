@@ -226,17 +226,18 @@ def thrust_over_mass(
         if name == "thrust_scale" and name in inside:
             weight[i] = c.scale
         elif rotors[i]:
-            weight[i] = c.scale * factors[i] / sum(factors.values())
+            weight[i] = c.scale / len(factors)
         elif name == "mass_offset" and spike[i] > 0:
             weight[i] = -c.scale / vehicle.mass
-    # Coordinates are logarithms: a ratio is a sum, but that thrusts are added as they are.
-    alone = np.where(rotors, 0.0, weight)
-    total = float(alone @ made.solution.theta) + (float(np.log(np.mean(list(factors.values())))) if factors else 0.0)
+    # Coordinates are logarithms: a ratio is a sum.
+    total = float(weight @ made.solution.theta)
     error = float(np.sqrt(weight @ covariance @ weight))
     if error <= 0 or abs(total) < _SEEN * error:
         return []
     ordinary = abs(total) < ORDINARY * float(np.linalg.norm(weight * spike))
-    factor = float(np.exp(total))
+    # Thrusts are added as they are: of rotors that differ the mean of factors is no mean of their logarithms.
+    own = list(factors.values()) or [1.0]
+    factor = float(np.exp(total) * np.mean(own) / np.exp(np.mean(np.log(own))))
     takes, on = (0.0, ()) if scales else _most(_takes(made, weight, faint))
     force = vehicle.drive.force if len(factors) == sum(rotors) else vehicle.drive.force.replace("all", "the other")
     return [FileNumber(f"{force} {_OVER_MASS}", 1.0, factor, error * factor, ordinary, takes=takes, on=on)]
