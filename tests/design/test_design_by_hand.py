@@ -14,7 +14,7 @@ from infotraj.design import questions
 from infotraj.design.design import Told, _can_fly, _last, _named, _now, _numbers, _rotor_inputs, largest, room_of
 from infotraj.design.expected import Limits, limits
 from infotraj.design.paths import DT, Room, calmer, path, placed, varied
-from infotraj.design.questions import _asked, _both
+from infotraj.design.questions import _asked, _both, open_questions
 from infotraj.design.worth import Belief, Gram, Question, _factor
 from infotraj.diagnosis.judge.groups import AS_PROBABLE
 from infotraj.diagnosis.linear.candidates import Candidate
@@ -211,3 +211,17 @@ def test_a_number_is_known_to_a_share_of_what_it_does_not_of_what_it_is():
     (told,) = _numbers(question, gram, again, ("thrust_scale",))
     assert told.shares_now == pytest.approx((0.25,))
     assert (told.errors_now, told.errors_again, told.errors_after) == ((0.05,), (0.02,), (0.01,))
+
+
+def test_no_flight_is_designed_to_tell_a_mass_from_a_thrust(monkeypatch):
+    """A scale does. What else stands in their group is asked."""
+    monkeypatch.setattr(questions, "separated", lambda found, a, b: (a, b))
+
+    def asked(*group):
+        findings = [SimpleNamespace(verdict="Not separable", group=group, evidence=None)]
+        return open_questions(SimpleNamespace(findings=findings, whole=SimpleNamespace(labels=())))
+
+    assert asked("mass_offset", "thrust_scale", "coaxial_loss") == []
+    assert asked("mass_offset", "thrust_scale", "axial_inflow") == [
+        ("mass_offset", "axial_inflow"), ("thrust_scale", "axial_inflow")
+    ]  # fmt: skip

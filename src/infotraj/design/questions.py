@@ -11,6 +11,7 @@ from infotraj.design.worth import Question, belief
 from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.judge.evidence import overdispersion
 from infotraj.diagnosis.judge.groups import AS_PROBABLE
+from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS
 from infotraj.diagnosis.select.fit import Fit
 from infotraj.errors import InputError, UsageError, problem
 
@@ -54,11 +55,15 @@ def determined(found: Diagnosis, name: str) -> tuple[Question, str]:
 
 
 def open_questions(found: Diagnosis) -> list[Asked]:
-    """What the diagnosis could not tell: members of a group from each other, what is Plausible from nothing."""
+    """What the diagnosis could not tell: members of a group from each other, what is Plausible from nothing.
+
+    A mass and a thrust are not asked about: a scale tells them apart, and hardly any flight does.
+    """
     asked: list[Asked] = []
     groups = dict.fromkeys(f.group for f in found.findings if f.verdict == "Not separable")
     for group in groups:
-        asked += [separated(found, a, b) for a, b in combinations(group[:_MOST], 2)]
+        told = [pair for pair in combinations(group[:_MOST], 2) if not set(pair) <= OF_THRUST_OVER_MASS]
+        asked += [separated(found, a, b) for a, b in told]
     inside = set(found.whole.labels)
     for f in found.findings:
         if f.verdict == "Plausible" and f.evidence is not None and len(asked) < _MOST:
