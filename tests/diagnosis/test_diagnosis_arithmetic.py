@@ -57,13 +57,16 @@ def test_axes_that_get_worse_are_those_whose_error_grows():
     assert said["fy"].startswith("fy is worse with the new model: ")
 
 
+def candidate(label):
+    name, *rotor = label.split()
+    return SimpleNamespace(name=name, label=label, fixed=tuple(("rotor", int(r)) for r in rotor))
+
+
 def test_a_vehicle_that_is_heavier_than_its_file_has_less_thrust_over_mass_and_stronger_rotors_have_more(monkeypatch):
     names = ["mass_offset", "rotor_effectiveness 0", "rotor_effectiveness 1"]
-    columns = [
-        SimpleNamespace(candidate=SimpleNamespace(name=x.split()[0], label=x), scale=s)
-        for x, s in zip(names, (0.08, 1.0, 1.0), strict=True)
-    ]
-    vehicle = SimpleNamespace(mass=0.8, rotors=(None, None), drive=OF_ROTORS)
+    columns = [SimpleNamespace(candidate=candidate(x), scale=s) for x, s in zip(names, (0.08, 1.0, 1.0), strict=True)]
+    rotors = [SimpleNamespace(thrust_coefficient=k, thrust_polynomial=None) for k in (1.0e-6, 3.0e-6)]
+    vehicle = SimpleNamespace(mass=0.8, rotors=rotors, drive=OF_ROTORS)
     linear = SimpleNamespace(
         columns=columns, observation=SimpleNamespace(vehicle=vehicle), spike=lambda scales: np.full(3, 0.01)
     )
@@ -75,7 +78,8 @@ def test_a_vehicle_that_is_heavier_than_its_file_has_less_thrust_over_mass_and_s
         return found
 
     assert told(0.5, 0.0, 0.0).value == pytest.approx(np.exp(-0.05))
-    assert told(0.0, 0.1, 0.04).value == pytest.approx(np.mean(np.exp([0.1, 0.04])))
+    # Thrusts are added, each as large as the file has it.
+    assert told(0.0, 0.1, 0.04).value == pytest.approx(0.25 * np.exp(0.1) + 0.75 * np.exp(0.04))
     assert told(0.0, 0.1, 0.04).name == "thrust of all rotors over mass, factor"
     # A rotor that is named has its thrust by that name: of the others no less is told.
     others = told(0.5, -0.2, 0.04, labels=("rotor_effectiveness 0",))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,7 +18,7 @@ from infotraj.diagnosis.select.around import Column
 from infotraj.diagnosis.select.fit import Fit
 from infotraj.diagnosis.select.prior import SCALES, Scales
 from infotraj.rotations import Array
-from infotraj.vehicle import OF_ROTORS
+from infotraj.vehicle import OF_ROTORS, Vehicle
 
 ORDINARY = 3.0  # standard deviations of this file's own errors: further off, a number is a finding
 OF_THRUST_OVER_MASS = frozenset({"mass_offset", "thrust_scale", "coaxial_loss"})  # names that say it
@@ -235,12 +235,21 @@ def thrust_over_mass(
     if error <= 0 or abs(total) < _SEEN * error:
         return []
     ordinary = abs(total) < ORDINARY * float(np.linalg.norm(weight * spike))
-    # Thrusts are added as they are: of rotors that differ the mean of factors is no mean of their logarithms.
-    own = list(factors.values()) or [1.0]
-    factor = float(np.exp(total) * np.mean(own) / np.exp(np.mean(np.log(own))))
+    factor = float(np.exp(total)) * _summed(factors, vehicle, linear.columns)
     takes, on = (0.0, ()) if scales else _most(_takes(made, weight, faint))
     force = vehicle.drive.force if len(factors) == sum(rotors) else vehicle.drive.force.replace("all", "the other")
     return [FileNumber(f"{force} {_OVER_MASS}", 1.0, factor, error * factor, ordinary, takes=takes, on=on)]
+
+
+def _summed(factors: Mapping[int, float], vehicle: Vehicle, columns: Sequence[Column]) -> float:
+    """What the sum of the rotors' thrusts is times their factors' geometric mean, by column: thrusts are added, each as
+    large as the file has it at the same input."""
+    if not factors:
+        return 1.0
+    rotors = [vehicle.rotors[dict(columns[i].candidate.fixed)["rotor"]] for i in factors]
+    each = [r.thrust_coefficient or sum(r.thrust_polynomial or (1.0,)) for r in rotors]
+    own = np.array(list(factors.values()))
+    return float(np.average(own, weights=each) / np.exp(np.mean(np.log(own))))
 
 
 def out_of_line(made: Fit, named: Container[str]) -> bool:
