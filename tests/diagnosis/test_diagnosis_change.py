@@ -74,7 +74,7 @@ def test_the_sentence_and_the_page_say_the_change_with_its_own_error():
         after=SimpleNamespace(rmse=np.ones(6), floor=np.ones(6)),
     )  # fmt: skip
     assert sentence(found) == (
-        "Changed: rotor_effectiveness (rotor=2: factor 0.85 +- 0.001414 times the healthy one), "
+        "Changed: rotor_effectiveness (rotor 2: factor 0.85 +- 0.0014 times the healthy one), "
         "com_offset (r by [0.005, 0, ?] +- [0.0001, 0.0002, ?] m)."
     )
     row = {

@@ -266,12 +266,14 @@ def number_in_words(name: str, value: Any, error: Any, between: str = " ") -> st
     text = name + between + (f"[{', '.join(shown)}]" if isinstance(value, list) else shown[0])
     if error is None:
         return text
-    said = [f"{s:.2g}" for s in errors]
+    said = ["?" if s is None else f"{s:.2g}" for s in errors]
     return f"{text} +- [{', '.join(said)}]" if isinstance(value, list) else f"{text} +- {said[0]}"
 
 
-def _digits(value: float, error: float | None) -> str:
+def _digits(value: float | None, error: float | None) -> str:
     """The value to the second digit of its standard error; to four digits where there is none."""
+    if value is None:
+        return "?"
     if isinstance(value, int):
         return str(value)
     if not error or not math.isfinite(error) or value == 0.0:

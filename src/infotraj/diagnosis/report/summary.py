@@ -229,14 +229,15 @@ def _largest(found: Diagnosis, left: Sequence[Structure]) -> str:
 def _changed(found: Diagnosis, f: Finding) -> str:
     """By how much the numbers of an effect changed, and of which rotor; empty where healthy flights do not say."""
     told = found.changes(f)
-    of = [f"{k}={v}" for k, v in f.parameters.items() if k not in f.standard_errors]
+    of = [f"{k} {v}" for k, v in f.parameters.items() if k not in f.standard_errors]
     return f"{' '.join(of)}{': ' if of else ''}{', '.join(map(_change, told))}" if told else ""
 
 
 def _change(c: Change) -> str:
     """One change with its standard error, as a factor of the healthy number or a difference from it."""
-    number = _plus_minus(c.value, c.standard_error)
-    return f"{c.name} {number} times the healthy one" if c.times else f"{c.name} by {number} {c.unit}".rstrip()
+    if c.times:
+        return f"{number_in_words(c.name, c.value, c.standard_error)} times the healthy one"
+    return f"{number_in_words(c.name, c.value, c.standard_error, ' by ')} {c.unit}".rstrip()
 
 
 def _number_of_file(n: FileNumber) -> str:
