@@ -221,7 +221,9 @@ def test_no_flight_is_designed_to_tell_a_mass_from_a_thrust(monkeypatch):
         findings = [SimpleNamespace(verdict="Not separable", group=group, evidence=None)]
         return open_questions(SimpleNamespace(findings=findings, whole=SimpleNamespace(labels=())))
 
-    assert asked("mass_offset", "thrust_scale", "coaxial_loss") == []
+    assert asked("mass_offset", "thrust_scale") == []
+    # What pairs lose shows where they turn.
+    assert asked("mass_offset", "thrust_scale", "coaxial_loss") == [("thrust_scale", "coaxial_loss")]
     assert asked("mass_offset", "thrust_scale", "axial_inflow") == [
         ("mass_offset", "axial_inflow"), ("thrust_scale", "axial_inflow")
     ]  # fmt: skip

@@ -98,3 +98,19 @@ def test_against_healthy_flights_nothing_is_added():
     known = {k: getattr(made, k) for k in ("scorer", "chosen", "solution", "scales")}
     bare = SimpleNamespace(linear=linear, **known)
     assert told_errors(bare) == pytest.approx(np.sqrt(np.diag(overdispersion(made)[1])))
+
+
+@pytest.mark.parametrize("name", ["mass_offset", "thrust_scale"])
+def test_thrust_over_mass_that_is_off_counts_by_whichever_name_it_is_told(name):
+    """With an inertia that is off there are two kinds: the file is no anchor, whether a search took mass or thrust."""
+    names = [*NAMES, "thrust_scale"]
+
+    def rows(rng, k):
+        x = flights(np.array([0.3, *4 * [0.0], 0.12, 0.0]))(rng, k)
+        lift = x[:, 2:6].sum(axis=1) / SHARE[1]
+        return np.column_stack([x, lift * 0.15])
+
+    _, whole = linear_fit(names, rows, [name, "inertia_error"])
+    scales = Scales(0.05)
+    made = replace(whole, scales=scales, solution=whole.linear.scorer(scales).solution(whole.chosen))
+    assert off_by(made) > 5.0

@@ -144,12 +144,16 @@ def test_a_mass_is_told_from_a_thrust_by_a_scale_and_everything_else_by_a_flight
 
     found.findings = unsure("mass_offset", "thrust_scale")
     (told,) = [x for x in lines(found, MODEL, None) if x.startswith("what these flights cannot tell")]
-    assert told.startswith("what these flights cannot tell: mass_offset from thrust_scale, nor can any other flight")
+    assert told.startswith("what these flights cannot tell: mass_offset from thrust_scale; no flight tells a mass")
     assert "weigh the vehicle" in told
     assert flight_command(found, MODEL) is None
     found.findings += unsure("actuation_delay", "rotor_lag")
     assert "--separate actuation_delay rotor_lag" in flight_command(found, MODEL)
     assert weighing(found) is not None
+    # A weight says nothing of two that are both thrusts.
+    found.findings = unsure("coaxial_loss", "thrust_scale")
+    assert weighing(found) is None
+    assert "--separate coaxial_loss thrust_scale" in flight_command(found, MODEL)
     found.findings = unsure("mass_offset", "inertia_error")
     assert weighing(found) is None
     assert "--separate mass_offset inertia_error" in lines(found, MODEL, None)[-1]

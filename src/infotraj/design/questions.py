@@ -62,7 +62,8 @@ def open_questions(found: Diagnosis) -> list[Asked]:
     asked: list[Asked] = []
     groups = dict.fromkeys(f.group for f in found.findings if f.verdict == "Not separable")
     for group in groups:
-        told = [pair for pair in combinations(group[:_MOST], 2) if not set(pair) <= OF_THRUST_OVER_MASS]
+        pairs = combinations(group[:_MOST], 2)
+        told = [p for p in pairs if "mass_offset" not in p or not set(p) <= OF_THRUST_OVER_MASS]
         asked += [separated(found, a, b) for a, b in told]
     inside = set(found.whole.labels)
     for f in found.findings:

@@ -143,7 +143,9 @@ def add(
     found = search.named(first, asked)
     made, corrects = _given(search, found, asked)
     # Beside a file that is taken as exact every number would be too sure.
-    numbers = {m.candidate.label: n for f in (made, found) for m, n in zip(f.members, fitted_numbers(f), strict=True)}
+    numbers = {
+        m.candidate.label: n for f in (made, found) for m, n in zip(f.members, fitted_numbers(f, found), strict=True)
+    }
     reached("errors")
     # As they stand in the model, then as they were asked for, then what corrects the file.
     order = [*asked, *corrects]

@@ -184,7 +184,9 @@ def diagnose(
         # Where the healthy flights themselves did not follow their model, no fit makes the axes follow it.
         usual = _balanced(model, seen, start, stop) if healthy.balance else frozenset()
         observation = _in_balance(observation, healthy.balance | observation.balance | usual)
-    search, whole, why_not = _searched(observation, held, doubts, list(catalog), known, hidden, taken, told=True)
+    # Where healthy flights were learned, who waits was told of all of it before.
+    planned = healthy is not None and not isinstance(reference, Healthy)
+    search, whole, why_not = _searched(observation, held, doubts, list(catalog), known, hidden, taken, told=not planned)
     if healthy is not None and search.known:
         late_balance = _balanced(search.observation.model(straight(whole)), seen, start, stop)
         if not late_balance <= observation.balance:

@@ -16,9 +16,11 @@ import numpy as np
 from infotraj.diagnosis.judge.evidence import overdispersion
 from infotraj.diagnosis.select.fit import Fit
 from infotraj.diagnosis.select.prior import SCALES, SLAB, Scales
+from infotraj.effects.along import of_arm
 from infotraj.effects.rotor_torque import RotorTorque
-from infotraj.effects.thrust import RotorEffectiveness
+from infotraj.effects.thrust import RotorEffectiveness, ThrustScale
 from infotraj.rotations import Array
+from infotraj.vehicle import Vehicle
 
 _ANCHORS = ("mass", "rotors", "inertia", "moment")  # kinds of which each is measured by itself
 _ORDINARY = 1.0  # times 1 %: better than that no file of a real vehicle is
@@ -43,12 +45,16 @@ def told_errors(made: Fit, told: Fit | None = None) -> Array:
 def off_by(made: Fit) -> float:
     """How far this file is off as an anchor, times 1 %: what its second kind of number differs by."""
     columns, ordinary = made.linear.columns, made.linear.spike(Scales(1.0))
+    kinds = [c.candidate.cls.declared.kind if c.candidate.cls.declared else "" for c in columns]
+    # All thrusts by one factor is the rotors' error, too, by whichever name it is in the set.
+    for i in (i for k in made.chosen for i in made.linear.choices[k].columns):
+        if columns[i].candidate.cls is ThrustScale:
+            kinds[i], ordinary[i] = "rotors", _ALL / columns[i].scale
     prior = _prior(made, _OPEN)
     told = 1.0 - np.diag(_covariance(made, _OPEN)) / np.where(np.diag(prior) > 0.0, np.diag(prior), 1.0)
     found = []
     for kind in _ANCHORS:
-        own = [i for i, c in enumerate(columns) if c.candidate.cls.declared and c.candidate.cls.declared.kind == kind]
-        own = [i for i in own if ordinary[i] > 0.0]
+        own = [i for i, x in enumerate(kinds) if x == kind and ordinary[i] > 0.0]
         known = float(np.maximum(told[own], 0.0).sum()) if own else 0.0
         square = float(np.sum((made.solution.theta[own] / ordinary[own]) ** 2))
         found.append(np.sqrt(square / known) if known > _TOLD else 0.0)
@@ -71,7 +77,7 @@ def _prior(made: Fit, scale: float) -> Array:
     linear = made.linear
     file = linear.spike(_scales(made, scale))
     prior = np.diag(file**2)
-    rotors = linear.observation.vehicle.rotors
+    vehicle = linear.observation.vehicle
     thrust, arm = np.zeros(len(file)), np.zeros(len(file))
     for i, c in enumerate(linear.columns):
         if file[i] <= 0.0:
@@ -79,14 +85,19 @@ def _prior(made: Fit, scale: float) -> Array:
         if c.candidate.cls is RotorEffectiveness:
             thrust[i] = scale * _ALL / c.scale
         elif c.candidate.cls is RotorTorque:
-            rotor = rotors[dict(c.candidate.fixed)["rotor"]]
-            arm[i] = scale * _ALL * float(np.cross(rotor.position, rotor.axis)[c.place]) / c.scale
+            arm[i] = scale * _ALL * float(_arm(vehicle, dict(c.candidate.fixed)["rotor"])[c.place]) / c.scale
     slab = np.zeros(len(file))
     for label, columns in ((linear.choices[i].label, linear.choices[i].columns) for i in made.chosen):
         for i in columns:
             slab[i] = 0.0 if label in made.scales.corrects and file[i] > 0.0 else made.scorer.slab[i]
     slab[made.scorer.kept] = SLAB
     return prior + np.diag(slab**2) + np.outer(thrust, thrust) + np.outer(arm, arm)
+
+
+def _arm(vehicle: Vehicle, rotor: int) -> Array:
+    """Torque (3,) m about the centre of mass of a unit of thrust of the rotors that share an arm with this one."""
+    rotors = [vehicle.rotors[i] for i in of_arm(vehicle, rotor)]
+    return np.mean([np.cross(np.subtract(r.position, vehicle.center_of_mass), r.axis) for r in rotors], axis=0)
 
 
 def _covariance(made: Fit, scale: float, wider: float = 1.0) -> Array:

@@ -115,7 +115,8 @@ def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
             findings = _with_held_back(findings, made.held_back | _still(told))
             findings, made = with_ratio(findings, told, made, asked.rng)
             findings, made = with_lone_rotor(search, findings, told, made, asked.rng)
-            return _with_apart(findings, made, stand), told, made
+            beside = {n: r for n, r in stand.items() if n in named(findings)}
+            return _with_apart(findings, made, beside), told, made
         why |= lost
         impossible |= lost.keys() & {x.split()[0] for x in at_bound.keys() - made.lost.keys()}
         demoted = _demoted(findings, why, impossible)

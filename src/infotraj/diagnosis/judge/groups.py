@@ -103,7 +103,10 @@ def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival
             continue
         both = best[name].both
         if of_ratio and name.split()[0] in OF_THRUST_OVER_MASS:
-            made, both = anchored(made, off), anchored(whole, off).solution.score
+            made, beside_it = anchored(made, off), anchored(whole, off)
+            # What the other explains beside the effect as well makes it no rival there either.
+            more = [i for i in open_to if linear.choices[i].label == name] if both > whole.solution.score else []
+            both = float(np.max(beside_it.scorer.scores([whole.chosen, *((*whole.chosen, i) for i in more)])))
         # What the effect leaves is not taken up by numbers that no file has.
         replaced = [i for i, c in enumerate(made.linear.columns) if c.candidate.label == label]
         near = translated(whole, whole.solution.each, made)

@@ -219,6 +219,8 @@ def thrust_over_mass(
         for i, c in enumerate(linear.columns)
         if rotors[i] and others[i]
     }
+    if any(rotors) and not factors:
+        return []
     for i, c in enumerate(linear.columns):
         name = c.candidate.name
         if not others[i]:

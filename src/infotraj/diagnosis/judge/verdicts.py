@@ -110,7 +110,7 @@ class Judge:
         alike = [r for r in rivals(self.search, self.whole, label, self.matters) if r.label.split()[0] != name]
         members: list[_Alike] = [(m, errors, None)]
         for r in alike:
-            own = dict(zip((x.candidate.label for x in r.fit.members), fitted_numbers(r.fit), strict=True))
+            own = dict(zip((x.candidate.label for x in r.fit.members), fitted_numbers(r.fit, self.whole), strict=True))
             other = next(x for x in r.fit.members if x.candidate.label == r.label)
             members.append((other, own[r.label], r))
         members = self._simplest_first(members)

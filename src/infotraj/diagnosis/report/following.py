@@ -13,7 +13,7 @@ from infotraj.suggested import again, quoted, unused
 
 _DIGITS = 5e-4  # of a number: less is not seen in the table
 _WHY_OTHERWISE = "the table's are found with every number of the file free, the model's with only what it corrects free"
-_SCALE = "its mass on a scale says which it is"
+_SCALE = "a scale says whether it is the mass"
 OTHERS = "these flights were fitted; others in their place are the real test"
 
 
@@ -69,11 +69,17 @@ def next_command(found: Diagnosis, model: Path, saved: Path | None) -> str:
 
 def weighing(found: Diagnosis) -> str | None:
     """What tells a mass from a thrust, which no flight does; None where that is no question."""
-    group = next((g for g in _groups(found) if set(g) <= OF_THRUST_OVER_MASS), ())
+    group = next((g for g in _groups(found) if _weighed(g)), ())
     if not group:
         return None
     which = " from ".join(group)
-    return f"{which}, nor can any other flight, for what the rotors push is not measured; weigh the vehicle: {_SCALE}"
+    why = "no flight tells a mass from a thrust, for what the rotors push is not measured"
+    return f"{which}; {why}; weigh the vehicle: {_SCALE}"
+
+
+def _weighed(group: tuple[str, ...]) -> bool:
+    """Whether a scale tells of a group what flights do not: which is the mass, and which a thrust."""
+    return "mass_offset" in group and set(group) <= OF_THRUST_OVER_MASS
 
 
 def _groups(found: Diagnosis) -> list[tuple[str, ...]]:
@@ -83,7 +89,7 @@ def _groups(found: Diagnosis) -> list[tuple[str, ...]]:
 
 def flight_command(found: Diagnosis, model: Path) -> str | None:
     """The command that designs the flight which tells what these could not; None where they could tell everything."""
-    group = next((g for g in _groups(found) if not set(g) <= OF_THRUST_OVER_MASS), ())
+    group = next((g for g in _groups(found) if not _weighed(g)), ())
     open_questions = bool(group) or any(f.verdict == "Plausible" for f in found.findings)
     if not found.judged or found.healthy is not None or not open_questions:
         return None

@@ -132,7 +132,7 @@ def unnamed_change(found: Diagnosis) -> dict[str, float]:
         return {}
     structured = {axis_group(s.axis) for s in found.unexplained.axes} - {None, *found.refused}
     times = _over_floor(found)
-    grown = found.after.rmse > _FAR * np.fmax(found.usual, 0.0)
+    grown = found.after.rmse > _FAR * found.usual
     on = [a for i, a in enumerate(AXES) if grown[i] and (a in structured or a in stays(found))]
     return {a: times[a] for a in sorted(on, key=lambda a: -times[a])}
 
