@@ -5,9 +5,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from linear_fits import ROWS, linear_fit
+from linear_fits import ROWS, VEHICLE, linear_fit
 
-from infotraj.diagnosis.judge.anchor import off_by, told_errors
+from infotraj.diagnosis.judge.anchor import _covariance, off_by, told_errors
 from infotraj.diagnosis.judge.evidence import overdispersion
 from infotraj.diagnosis.select.prior import Scales
 
@@ -114,3 +114,21 @@ def test_thrust_over_mass_that_is_off_counts_by_whichever_name_it_is_told(name):
     scales = Scales(0.05)
     made = replace(whole, scales=scales, solution=whole.linear.scorer(scales).solution(whole.chosen))
     assert off_by(made) > 5.0
+
+
+@pytest.mark.parametrize(("chosen", "error"), [(["mass_offset"], 0.01), (["mass_offset", "thrust_scale"], 0.0894)])
+def test_a_mass_beside_a_force_that_is_commanded_is_as_exact_as_that_force_is(chosen, error):
+    """Flights tell one from the other by nothing: 1 % of the force, or what 10 and 20 % make."""
+
+    def rows(rng, k):
+        lift = rng.normal(0.0, 30.0, ROWS)
+        return np.column_stack([rng.normal(size=ROWS), -0.05 * lift, 0.1 * lift])
+
+    _, whole = linear_fit(["mass_offset", "thrust_scale"], rows, chosen)
+    own = whole.linear
+    flown = SimpleNamespace(**{**vars(own.observation), "vehicle": VEHICLE.model_copy(update={"rotors": ()})})
+    taken = {k: getattr(own, k) for k in ("columns", "choices", "scorer", "spike")}
+    linear = SimpleNamespace(**taken, observation=flown)
+    of = {k: getattr(whole, k) for k in ("chosen", "solution", "scales", "held", "scorer")}
+    mass, force = np.sqrt(np.diag(_covariance(SimpleNamespace(linear=linear, **of), 1.0)))[:2] * [0.05, 0.1]
+    assert [mass, force] == pytest.approx([error, error], rel=0.03)

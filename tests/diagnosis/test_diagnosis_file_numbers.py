@@ -163,7 +163,7 @@ def test_thrust_over_mass_has_the_doubt_of_the_thrust_that_is_not_named(monkeypa
     monkeypatch.setattr(numbers, "_takes", lambda made, along, faint: {"fx": 0.6, "vz": 0.6, "tx": 0.4})
     monkeypatch.setattr(numbers, "_off", lambda made, named: ())
     (ratio,) = file_numbers(made, (), {"thrust_scale": "why"})
-    assert (ratio.name, ratio.doubt, ratio.large) == (numbers.THRUST_OVER_MASS, "why", False)
+    assert (ratio.name, ratio.doubt, ratio.large) == ("thrust of all rotors over mass, factor", "why", False)
     (ratio,) = file_numbers(made, (), {"mass_offset": "why"})
     assert (ratio.doubt, ratio.large) == ("", True)
 

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from infotraj.diagnosis.judge.numbers import THRUST_OVER_MASS, FileNumber
+from infotraj.diagnosis.judge.numbers import FileNumber
 from infotraj.diagnosis.report.following import OTHERS, flight_command, lines, weighing, written_otherwise
 from infotraj.diagnosis.report.reasons import about_takes
 from infotraj.diagnosis.report.summary import sentence
@@ -16,6 +16,7 @@ from infotraj.diagnosis.report.vehicle_file import by_ratio
 from infotraj.report.again import read_content
 from infotraj.report.page import page
 
+OVER_MASS = "thrust of all rotors over mass, factor"
 MODEL, SAVED = Path("a.yaml"), Path("new.yaml")
 
 
@@ -56,7 +57,7 @@ def test_a_comparison_on_the_fitted_flights_says_that_others_are_the_test():
     assert OTHERS not in lines(found, MODEL, None)
 
 
-@pytest.fixture(params=[THRUST_OVER_MASS, "force over mass, factor"])
+@pytest.fixture(params=[OVER_MASS, "force over mass, factor"])
 def file(request):
     names = ["inertia.xx", request.param, "rotor_0.thrust_coefficient", "mass"]
     return [FileNumber(name, 1.0, 1.1, 0.01, True) for name in names]
@@ -122,10 +123,10 @@ def test_where_only_numbers_of_the_file_are_off_the_sentence_says_how_much_of_th
         FileNumber(x, 0.0, v, 0.01, True, takes=t, label=x, on=("fy", "tx"))
         for x, v, t in (("a", 2.0, 0.6), ("b", 3.0, 0.9))
     )
-    ratio = FileNumber(THRUST_OVER_MASS, 1.0, 0.9, 0.01, True, takes=0.7, on=("fz",))
+    ratio = FileNumber(OVER_MASS, 1.0, 0.9, 0.01, True, takes=0.7, on=("fz",))
     more = [replace(force, name="c", takes=0.55), replace(force, name="d", label="not in the model", takes=0.99)]
     told = {"file": (force, ratio, lag, *more), "beside": ("mass_offset", "a", "b")}
-    said = f", first of all b 3 and {THRUST_OVER_MASS} 0.9 and a 2."
+    said = f", first of all b 3 and {OVER_MASS} 0.9 and a 2."
     assert sentence(SimpleNamespace(**{**vars(found), **told})).endswith(said)
     # A force along x takes nothing off fy and fz, of which the sentence says that most is gone.
     elsewhere = {"file": (replace(force, on=("fx",)), replace(lag, on=("fx", "tx")))}

@@ -16,7 +16,7 @@ from exact_simulation import fly
 from infotraj.diagnosis.diagnosis import diagnose
 from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.judge.evidence import any_of
-from infotraj.diagnosis.judge.numbers import THRUST_OVER_MASS, FileNumber
+from infotraj.diagnosis.judge.numbers import FileNumber
 from infotraj.diagnosis.linear.candidates import Candidate, places, raw, read, slopes, written
 from infotraj.diagnosis.report.following import next_command
 from infotraj.diagnosis.report.steps import given_groups
@@ -30,6 +30,8 @@ from infotraj.vehicle import load_vehicle
 
 FILE = Path(__file__).parents[2] / "config/vehicles/quadrotor.yaml"
 NOISE = {"gyro": 0.01, "accelerometer": 0.1, "position": 0.001, "attitude": 0.001, "velocity": 0.005}
+
+OVER_MASS = "thrust of all rotors over mass, factor"
 
 
 def diagnosed(hidden, wrong, seconds=10.0, seed=40):
@@ -139,7 +141,7 @@ def test_a_load_is_found_beside_a_wrong_file():
 def test_the_thrust_over_the_mass_is_told_where_neither_is_told_alone():
     found = diagnosed({}, rough_file)
     assert found.supported == ()
-    (ratio,) = [n for n in found.file if n.name == THRUST_OVER_MASS]
+    (ratio,) = [n for n in found.file if n.name == OVER_MASS]
     assert ratio.value == pytest.approx(RATIO, abs=0.005)
     assert ratio.standard_error < 0.005
     assert not any(n.name == "mass" for n in found.file)
@@ -158,18 +160,18 @@ def test_a_millimetre_beside_the_middle_of_the_rotors_is_no_place_of_the_drag():
 @pytest.mark.long
 def test_what_is_large_and_out_of_line_in_the_file_is_in_the_sentence_and_an_axis_that_gets_worse_in_the_text():
     found = diagnosed({"linear_drag": {"d": [0.25, 0.2, 0.3]}}, rough_file)
-    large = FileNumber(THRUST_OVER_MASS, 1.0, 0.9, 0.01, False, takes=0.9)
+    large = FileNumber(OVER_MASS, 1.0, 0.9, 0.01, False, takes=0.9)
     others = (FileNumber("clock of the sensors, later by", 0.0, 0.01, 0.001, False, "s"), replace(large, ordinary=True))
     told = replace(found, file=(large, *others), after=replace(found.after, rmse=2.0 * found.before.rmse))
-    assert f"; your vehicle file is out of line: {THRUST_OVER_MASS} 0.9" in sentence(told)
+    assert f"; your vehicle file is out of line: {OVER_MASS} 0.9" in sentence(told)
     assert "clock" not in sentence(told)
     larger = replace(large, name="a force", takes=0.95)
-    assert f"out of line: a force 0.9 and {THRUST_OVER_MASS} 0.9" in sentence(replace(told, file=(large, larger)))
+    assert f"out of line: a force 0.9 and {OVER_MASS} 0.9" in sentence(replace(told, file=(large, larger)))
     assert "out of line" not in sentence(replace(told, file=others))
     assert "fx is worse with the new model" in as_text(told)
     assert "is worse with the new model" not in as_text(found)
     doubted = (replace(large, doubt="why not"),) * 2
-    assert f"in doubt: {THRUST_OVER_MASS}, {THRUST_OVER_MASS} (why not)" in as_text(replace(found, file=doubted))
+    assert f"in doubt: {OVER_MASS}, {OVER_MASS} (why not)" in as_text(replace(found, file=doubted))
 
 
 def test_an_effect_is_no_surer_than_it_is_with_what_it_needs_beside_it():

@@ -201,6 +201,9 @@ def stated(name, declared, by):
         ("mass_offset", {"dm": 0.06}, [stated("mass", 0.8, 0.06)], False),
         ("mass_offset", {"dm": 0.06}, [stated("inertia.xx", 0.01, 0.1)], False),
         ("mass_offset", {"dm": 0.06}, [], False),
+        ("mass_offset", {"dm": 0.06}, [stated("thrust of all rotors over mass, factor", 1.0, -0.11)], True),
+        ("mass_offset", {"dm": 0.06}, [stated("thrust of the other rotors over mass, factor", 1.0, -0.11)], True),
+        ("mass_offset", {"dm": 0.06}, [stated("force over mass, factor", 1.0, -0.02)], False),
         ("com_offset", {"r": [0.01, 0.0, 0.0]}, [stated("center_of_mass.x", 0.0, 0.009)], True),
         ("com_offset", {"r": [0.01, 0.0, 0.0]}, [stated("center_of_mass.y", 0.0, 0.01)], False),
         ("com_offset", {"r": [0.01, 0.01, 0.0]}, [stated("center_of_mass.x", 0.0, 0.01)], False),  # half is missing

@@ -73,12 +73,17 @@ def _scales(made: Fit, scale: float) -> Scales:
 
 
 def _prior(made: Fit, scale: float) -> Array:
-    """Covariance (p, p) of all numbers beside a file that is off so far, its thrusts and its arms by a factor, too."""
+    """Covariance (p, p) of all numbers beside a file that is off so far, its thrusts and its arms by a factor, too.
+
+    Of a vehicle without rotors that factor is of the force that is commanded, whether it is asked for or not.
+    """
     linear = made.linear
     file = linear.spike(_scales(made, scale))
     prior = np.diag(file**2)
     vehicle = linear.observation.vehicle
     thrust, arm = np.zeros(len(file)), np.zeros(len(file))
+    for i in _force(made):
+        thrust[i] = scale * _ALL / linear.columns[i].scale
     for i, c in enumerate(linear.columns):
         if file[i] <= 0.0:
             continue
@@ -94,6 +99,12 @@ def _prior(made: Fit, scale: float) -> Array:
     return prior + np.diag(slab**2) + np.outer(thrust, thrust) + np.outer(arm, arm)
 
 
+def _force(made: Fit) -> list[int]:
+    """The column of all of the force that is commanded, where no rotor has one of its own."""
+    columns, rotors = made.linear.columns, made.linear.observation.vehicle.rotors
+    return [] if rotors else [i for i, c in enumerate(columns) if c.candidate.cls is ThrustScale][:1]
+
+
 def _arm(vehicle: Vehicle, rotor: int) -> Array:
     """Torque (3,) m about the centre of mass of a unit of thrust of the rotors that share an arm with this one."""
     rotors = [vehicle.rotors[i] for i in of_arm(vehicle, rotor)]
@@ -104,6 +115,8 @@ def _covariance(made: Fit, scale: float, wider: float = 1.0) -> Array:
     """Covariance (p, p) of all numbers beside such a file, 0 for those that are held. wider: of the data's variance."""
     scorer, prior = made.linear.scorer(_scales(made, scale), made.held), _prior(made, scale)
     free = scorer.covariance(made.chosen)[0]
+    chosen = {i for k in made.chosen for i in made.linear.choices[k].columns}
+    free = np.array([*free, *(i for i in _force(made) if i not in chosen)], dtype=int)
     size = np.sqrt(np.diag(prior)[free])
     known = np.linalg.inv(prior[np.ix_(free, free)] / np.outer(size, size))
     gram = scorer.parts[0][1:, 1:][np.ix_(free, free)] * np.outer(size, size) / wider

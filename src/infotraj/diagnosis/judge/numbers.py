@@ -18,12 +18,11 @@ from infotraj.diagnosis.select.around import Column
 from infotraj.diagnosis.select.fit import Fit
 from infotraj.diagnosis.select.prior import SCALES, Scales
 from infotraj.rotations import Array
-from infotraj.vehicle import OF_ROTORS, Vehicle
+from infotraj.vehicle import Vehicle
 
 ORDINARY = 3.0  # standard deviations of this file's own errors: further off, a number is a finding
 OF_THRUST_OVER_MASS = frozenset({"mass_offset", "thrust_scale", "coaxial_loss"})  # names that say it
-_OVER_MASS = "over mass, factor"
-THRUST_OVER_MASS = f"{OF_ROTORS.force} {_OVER_MASS}"
+OVER_MASS = "over mass, factor"  # how names end that tell it
 _HALF = 0.5  # of the root mean square error
 _OF_PREDICTION = ("inertia", "rotors", "moment", "arms", "time", "clock")  # kinds that make it larger, or later
 _SEEN = 3.0  # standard errors by which a file number must be off to be told
@@ -51,7 +50,7 @@ class FileNumber:
     @property
     def ratio(self) -> bool:
         """Whether it is what pushes over the mass, and not the one or the other."""
-        return self.name.endswith(_OVER_MASS)
+        return self.name.endswith(OVER_MASS)
 
     @property
     def large(self) -> bool:
@@ -240,7 +239,7 @@ def thrust_over_mass(
     factor = float(np.exp(total)) * _summed(factors, vehicle, linear.columns)
     takes, on = (0.0, ()) if scales else _most(_takes(made, weight, faint))
     force = vehicle.drive.force if len(factors) == sum(rotors) else vehicle.drive.force.replace("all", "the other")
-    return [FileNumber(f"{force} {_OVER_MASS}", 1.0, factor, error * factor, ordinary, takes=takes, on=on)]
+    return [FileNumber(f"{force} {OVER_MASS}", 1.0, factor, error * factor, ordinary, takes=takes, on=on)]
 
 
 def _summed(factors: Mapping[int, float], vehicle: Vehicle, columns: Sequence[Column]) -> float:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from infotraj.diagnosis.judge.numbers import THRUST_OVER_MASS
+from infotraj.diagnosis.judge.numbers import OVER_MASS
 from infotraj.effects import effect_class
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
@@ -124,7 +124,7 @@ def told_in_file(name: str, hidden: Values, section: Sequence[Mapping[str, Any]]
     """
     if file == true:
         return False
-    ratio = next((row["value"] for row in section if row["name"] == THRUST_OVER_MASS), None)
+    ratio = next((row["value"] for row in section if row["name"].endswith(OVER_MASS)), None)
     if name in ("mass_offset", "thrust_scale") and ratio is not None:
         heavier = (true.mass + hidden.get("dm", 0.0)) / file.mass
         off = np.log(hidden.get("factor", 1.0) * _thrust(file, true)[0]["factor"] / heavier)
