@@ -155,6 +155,9 @@ def test_a_number_that_a_torque_tells_which_is_hardly_predicted_is_in_doubt(monk
 
     assert doubts({"tx": 0.38}) == ["only 38 % of the torque about x goes with the prediction", "", ""]
     assert doubts({"ty": 0.1}) == doubts({}) == ["", "", ""]
+    # Without torques about x and y no rotor is told from the others, whatever its arm has become.
+    each = "only 38 % of the torque about x goes with the prediction"
+    assert doubts({"tx": 0.38, "ty": 0.1}) == [each, each, ""]
 
 
 def test_thrust_over_mass_has_the_doubt_of_the_thrust_that_is_not_named(monkeypatch):

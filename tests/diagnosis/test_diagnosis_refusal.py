@@ -47,19 +47,40 @@ def test_a_force_that_carries_the_weight_is_explained_whatever_its_changes_are_a
     assert _explained(made, 4) < 0.0
 
 
-def test_a_torque_is_hardly_predicted_where_less_than_half_goes_with_it_and_that_is_no_noise():
+SOME = dict(red=np.ones(6), unit={}, force_from="", window=0.15, reasons={}, left_out={})
+
+
+def errors_of(measured, predicted, floor):
+    return [EquationError(np.arange(len(measured)) * 0.01, measured, predicted, floor=np.full(6, floor), **SOME)]
+
+
+def test_a_torque_is_hardly_predicted_where_less_than_half_of_what_is_no_noise_goes_with_it():
     rng = np.random.default_rng(0)
     predicted, noise = rng.standard_normal((2, 3000, 6))
-    some = dict(red=np.ones(6), unit={}, force_from="", window=0.15, reasons={}, left_out={})
 
     def found(size, floor):
-        t = np.arange(3000) * 0.01
-        return hardly_predicted(
-            [EquationError(t, predicted + size * noise, predicted, floor=np.full(6, floor), **some)]
-        )
+        made = errors_of(predicted + size * noise, predicted, floor)
+        return hardly_predicted(made, made)
 
     assert found(0.9, 0.01) == {}
     shares = found(1.2, 0.01)
     assert list(shares) == ["tx", "ty", "tz"]
     assert shares["ty"] == pytest.approx(1.0 / (1.0 + 1.2**2), abs=0.04)
     assert found(1.2, 0.5) == {}
+    # Of a variance of 10 noise makes 0.81.
+    assert found(3.0, 0.9)["tx"] == pytest.approx(0.1 / (1.0 - 0.81 / 10.0), abs=0.02)
+
+
+def test_a_prediction_that_was_made_small_until_the_error_was_noise_is_none():
+    """What was predicted and never came is no smaller torque: as given the error was far above the floor."""
+    rng = np.random.default_rng(0)
+    wanted, noise = rng.standard_normal((2, 3000, 6))
+    given = errors_of(noise, 5.0 * wanted, 0.9)
+    made = errors_of(noise, 0.01 * wanted, 0.9)
+    shares = hardly_predicted(made, given)
+    assert list(shares) == ["tx", "ty", "tz"]
+    assert max(shares.values()) < 0.05
+    assert hardly_predicted(made, made) == {}
+    # A gentle flight of which the rest is noise: what is no noise goes with the prediction, as was not so before.
+    right = errors_of(wanted + noise, wanted, 1.0)
+    assert hardly_predicted(right, errors_of(wanted + noise, 5.0 * wanted, 1.0)) == {}

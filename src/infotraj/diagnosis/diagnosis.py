@@ -243,7 +243,7 @@ def diagnose(
         doubts,
         refused,
         refusal.coherence(as_given),
-        refusal.hardly_predicted(as_found) if healthy is None else {},
+        refusal.hardly_predicted(as_found, as_given) if healthy is None else {},
         before,
         after,
         after_model,

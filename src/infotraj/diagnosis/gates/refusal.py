@@ -17,6 +17,7 @@ from infotraj.rotations import Array
 LEAST_EXPLAINED = 0.1  # of what was measured (a torque's variance, a force's square): less is no explanation
 HALF_EXPLAINED = 0.5  # the same where healthy flights tell what is usual: the rest may differ by chance
 _ABOVE_FLOOR = 3.0  # an error that near the floor is small, whatever it explains
+_LEAST_MOVED = 0.1  # of a measured variance that is no noise, as far as that is told from noise
 
 
 def compared(model: Model, flights: Sequence[Flight], start: float | None, stop: float | None) -> list[EquationError]:
@@ -76,13 +77,16 @@ def coherence(made: Sequence[EquationError]) -> Array:
     return np.array([_going_with(made, i) if shown[i] else np.nan for i in range(6)])
 
 
-def hardly_predicted(made: Sequence[EquationError]) -> dict[str, float]:
+def hardly_predicted(made: Sequence[EquationError], given: Sequence[EquationError]) -> dict[str, float]:
     """Axes of torque of which less than half of what was measured goes with a model's prediction, and that share.
 
-    Where the error is near the floor, what does not go with it is noise of the measured side.
+    What is noise of the measured side goes with nothing: the share is of the rest. given: errors of the model before
+    the fit. Where both are near the floor, nothing says that a prediction fails: it may be as small as the noise.
     """
-    shares, error = coherence(made), statistics(made)
-    far = error.rmse > _ABOVE_FLOOR * error.floor
+    after, before = statistics(made), statistics(given)
+    far = np.fmax(after.rmse / after.floor, before.rmse / before.floor) > _ABOVE_FLOOR
+    moves = np.clip(1.0 - np.square(after.floor / np.maximum(after.spread, 1e-300)), _LEAST_MOVED, 1.0)
+    shares = np.minimum(coherence(made) / moves, 1.0)
     return {a: float(shares[i]) for i, a in enumerate(AXES) if a[0] == "t" and far[i] and shares[i] < HALF_EXPLAINED}
 
 

@@ -75,8 +75,11 @@ class Asked:
         if o.healthy is not None or not self.search.known:
             return {}
         if id(told) not in self._faint:
-            made = refusal.compared(o.model(straight(told)), [s.flight for s in o.samples], self.start, self.stop)
-            self._faint[id(told)] = told, refusal.hardly_predicted(made)
+            made, given = (
+                refusal.compared(o.model(m), o.flights, self.start, self.stop)
+                for m in (straight(told), self.search.held)
+            )
+            self._faint[id(told)] = told, refusal.hardly_predicted(made, given)
         return self._faint[id(told)][1]
 
 

@@ -120,21 +120,25 @@ def file_numbers(
             np.array([x is c for x in made.linear.columns], dtype=float),
         )
         takes, on = _most(_takes(made, own, faint)) if kind.alone else (0.0, ())
-        doubt = inside.get(c.candidate.label, "") or (_told_by(made, own, faint) if kind.kind in _OF_PREDICTION else "")
+        doubt = inside.get(c.candidate.label, "") or _told_by(made, c, own, faint)
         label = c.candidate.label
         out.append(FileNumber(name, declared, value, float(error), ordinary, unit, takes, doubt, label, on))
     return tuple(out)
 
 
-def _told_by(made: Fit, own: Array, faint: Mapping[str, float]) -> str:
+def _told_by(made: Fit, c: Column, own: Array, faint: Mapping[str, float]) -> str:
     """That a torque tells a number, own (p,), of which less than half goes with the prediction; empty if not.
 
-    What cannot be predicted makes the factors of a prediction smaller, and moments of inertia larger (Fuller 1987).
+    What cannot be predicted makes the factors of a prediction smaller, and moments of inertia larger (Fuller 1987). One
+    rotor's thrust is told from the others' by torques, however short its arm has become.
     """
-    if not faint:
+    kind = c.candidate.cls.declared
+    if not faint or kind is None or kind.kind not in _OF_PREDICTION:
         return ""
     k = 1 + int(np.argmax(own))
     axis = made.linear.sums.axes[int(np.argmax(made.linear.sums.gram[:, :, k, k].sum(axis=1)))]
+    if kind.kind == "rotors" and faint.keys() >= {"tx", "ty"}:
+        axis = max("tx", "ty", key=faint.__getitem__)
     share = faint.get(axis)
     return "" if share is None else f"only {100 * share:.0f} % of the torque about {axis[1]} goes with the prediction"
 

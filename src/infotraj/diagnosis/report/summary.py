@@ -289,7 +289,7 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
     ]
     if found.file:
         lines.append("your vehicle file, as these flights have it:")
-        for n, part in by_ratio(found.file):
+        for n, part in by_ratio([n for n in found.file if verbose or not n.doubt]):
             number = f"{_short(n.value)} +- {_short(n.standard_error)}{f' {n.unit}' if n.unit else ''}"
             number += f", not {_short(n.declared)}" + ("" if n.ordinary else "; out of line with the rest of the file")
             lines.append(f"    {n.name}: {number} ({ONE_FINDING})" if part else f"  {n.name}: {number}")
