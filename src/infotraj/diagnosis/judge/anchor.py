@@ -44,6 +44,11 @@ def told_errors(made: Fit, told: Fit | None = None) -> Array:
 
 def off_by(made: Fit) -> float:
     """How far this file is off as an anchor, times 1 %: what its second kind of number differs by."""
+    return float(np.clip(kinds_off(made)[1], _ORDINARY, max(SCALES)))
+
+
+def kinds_off(made: Fit) -> list[float]:
+    """By how much each kind of number differs from what the file says, times 1 %, the furthest first."""
     columns, ordinary = made.linear.columns, made.linear.spike(Scales(1.0))
     kinds = [c.candidate.cls.declared.kind if c.candidate.cls.declared else "" for c in columns]
     # All thrusts by one factor is the rotors' error, too, by whichever name it is in the set.
@@ -51,14 +56,19 @@ def off_by(made: Fit) -> float:
         if columns[i].candidate.cls is ThrustScale:
             kinds[i], ordinary[i] = "rotors", _ALL / columns[i].scale
     prior = _prior(made, _OPEN)
-    told = 1.0 - np.diag(_covariance(made, _OPEN)) / np.where(np.diag(prior) > 0.0, np.diag(prior), 1.0)
+    told = 1.0 - np.diag(_covariance(made, _OPEN, force=False)) / np.where(np.diag(prior) > 0.0, np.diag(prior), 1.0)
     found = []
     for kind in _ANCHORS:
         own = [i for i, x in enumerate(kinds) if x == kind and ordinary[i] > 0.0]
         known = float(np.maximum(told[own], 0.0).sum()) if own else 0.0
         square = float(np.sum((made.solution.theta[own] / ordinary[own]) ** 2))
-        found.append(np.sqrt(square / known) if known > _TOLD else 0.0)
-    return float(np.clip(sorted(found)[-2], _ORDINARY, max(SCALES)))
+        found.append(float(np.sqrt(square / known)) if known > _TOLD else 0.0)
+    return sorted(found, reverse=True)
+
+
+def errors_beside(made: Fit, scale: float) -> Array:
+    """Standard errors (p,), usual sizes, beside a file that is off so far, thrusts and arms by a factor each, too."""
+    return np.sqrt(np.diag(_covariance(made, scale, overdispersion(made)[0])))
 
 
 def anchored(made: Fit, scale: float) -> Fit:
@@ -111,12 +121,13 @@ def _arm(vehicle: Vehicle, rotor: int) -> Array:
     return np.mean([np.cross(np.subtract(r.position, vehicle.center_of_mass), r.axis) for r in rotors], axis=0)
 
 
-def _covariance(made: Fit, scale: float, wider: float = 1.0) -> Array:
-    """Covariance (p, p) of all numbers beside such a file, 0 for those that are held. wider: of the data's variance."""
+def _covariance(made: Fit, scale: float, wider: float = 1.0, force: bool = True) -> Array:
+    """Covariance (p, p) of all numbers beside such a file, 0 for those that are held. wider: of the data's variance;
+    force: whether a force that is commanded, and not asked for, is unsure, too."""
     scorer, prior = made.linear.scorer(_scales(made, scale), made.held), _prior(made, scale)
     free = scorer.covariance(made.chosen)[0]
     chosen = {i for k in made.chosen for i in made.linear.choices[k].columns}
-    free = np.array([*free, *(i for i in _force(made) if i not in chosen)], dtype=int)
+    free = np.array([*free, *(i for i in _force(made) if force and i not in chosen)], dtype=int)
     size = np.sqrt(np.diag(prior)[free])
     known = np.linalg.inv(prior[np.ix_(free, free)] / np.outer(size, size))
     gram = scorer.parts[0][1:, 1:][np.ix_(free, free)] * np.outer(size, size) / wider

@@ -16,6 +16,7 @@ import numpy as np
 from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.judge.giving import Given, given
 from infotraj.diagnosis.judge.groups import Rival
+from infotraj.diagnosis.judge.in_line import in_line
 from infotraj.diagnosis.judge.lone_rotor import with_lone_rotor
 from infotraj.diagnosis.judge.needed import Judged, needed
 from infotraj.diagnosis.judge.numbers import values_of
@@ -90,6 +91,7 @@ def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
         return asked.judged(whole, [])[0], whole, given(search, whole, [])
     out: dict[str, Finding] = {}  # what left the set because of the model that is given
     why: dict[str, str] = {}
+    stay: set[str] = set()  # of them, those that correct the file
     impossible: set[str] = set()  # of them, those of which a number ends at a physical bound
     gone: list[Judged] = []
     told, changed = whole, True
@@ -113,18 +115,21 @@ def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
         if confident and not lost and made.gain < TELLS:
             # What makes up for one another takes nothing off the model as given.
             lost = dict.fromkeys(sorted(confident), _NO_BETTER)
+        # What is the file's own error is corrected beside the rest, and stays in the set.
+        own = {} if lost else in_line(findings, told)
         rest = [x for x in told.labels if x not in ended or x.split()[0] not in confident]
-        if not lost and len(rest) == len(told.labels):
+        if not lost and not own and len(rest) == len(told.labels):
             findings = _with_held_back(findings, made.held_back | _still(told))
             findings, made = with_ratio(findings, told, made, asked.rng)
             findings, made = with_lone_rotor(search, findings, told, made, asked.rng)
             beside = {n: r for n, r in stand.items() if n in named(findings)}
             return _with_apart(findings, made, beside), told, made
-        why |= lost
+        why |= lost | own
         impossible |= lost.keys() & {x.split()[0] for x in at_bound.keys() - made.lost.keys()}
         demoted = _demoted(findings, why, impossible)
         out |= {f.name: f for f in demoted if f.name in confident and f.verdict not in CONFIDENT}
-        findings, rest = demoted, [x for x in rest if x.split()[0] not in out]
+        stay |= own.keys()
+        findings, rest = demoted, [x for x in rest if x.split()[0] not in out.keys() - stay]
         changed = len(rest) < len(told.labels)
         if changed:
             pieces("judging again", _AGAIN)

@@ -1,0 +1,89 @@
+"""Numbers of the vehicle file that are no further off than this file is: they are the file's, and nothing is missing.
+
+A file whose rotors agree with one another looks exact, and its mass, its inertia and the thrust of all rotors, each of
+which is one number, then look like so many missing effects. How far such a file is off is told by its other kinds of
+numbers; how far one rotor may differ, by the other rotors. What is within that is corrected, and not named.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from infotraj.diagnosis.judge.anchor import errors_beside, kinds_off
+from infotraj.diagnosis.judge.evidence import overdispersion
+from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS, ORDINARY, out_of_line, thrust_over_mass
+from infotraj.diagnosis.judge.verdicts import CONFIDENT, Finding
+from infotraj.diagnosis.select.fit import Fit
+from infotraj.diagnosis.select.prior import SCALES, Scales
+
+_ONE_NUMBER = ("inertia", "moment")  # kinds of which the file holds one effect
+_RATIO = 0.011  # of thrust over mass, in a file that is right to 1 %: all thrusts by 1 %, the mass by half of that
+_ROTOR = "rotor_effectiveness"
+
+
+def in_line(findings: Sequence[Finding], told: Fit) -> dict[str, str]:
+    """Names told with confidence that are what this file is off by, and the reason; none against healthy flights.
+
+    told: the set of what is needed, beside a file that is free to be wrong. Of names that flights do not tell apart all
+    have to be.
+    """
+    if told.linear.observation.healthy is not None:
+        return {}
+    sure = {f.name: f for f in findings if f.verdict in CONFIDENT}
+    off = _off(told) if sure else 0.0
+    why = {name: reason for name in sure if (reason := _ordinary(name, told, off, sure))}
+    return {name: reason for name, reason in why.items() if set(sure[name].group) <= why.keys()}
+
+
+def _off(told: Fit) -> float:
+    """How far this file is off, times 1 %: one kind of number, or two, may be off by what is missing."""
+    _, second, third, *_ = kinds_off(told)
+    return float(np.clip(np.sqrt(second * third), min(SCALES), max(SCALES)))
+
+
+def _ordinary(name: str, told: Fit, off: float, sure: Iterable[str]) -> str:
+    """Why the numbers of an effect are within what this file is off by; empty where they are not, or are no file's."""
+    columns, theta = told.linear.columns, told.solution.theta
+    if name in OF_THRUST_OVER_MASS:
+        if any(c.candidate.name == "coaxial_loss" and c.candidate.label in told.labels for c in columns):
+            return ""
+        named = set(sure) - OF_THRUST_OVER_MASS
+        if out_of_line(told, named):
+            return ""
+        least = ORDINARY * _RATIO * off
+        return _words(off) if all(abs(np.log(n.value)) < least for n in thrust_over_mass(told, named)) else ""
+    if name == _ROTOR:
+        each = max(told.scales.of("rotors"), min(off, 1.0))
+        return _words(each) if _alike(told, each) else ""
+    own = [i for i, c in enumerate(columns) if c.candidate.name == name and c.candidate.label in told.labels]
+    declared = columns[own[0]].candidate.cls.declared if own else None
+    if declared is None or declared.kind not in _ONE_NUMBER:
+        return ""
+    error = np.hypot(errors_beside(told, off), told.linear.spike(Scales(off)))[own]
+    return _words(off) if np.all(np.abs(theta[own]) < ORDINARY * error) else ""
+
+
+def _alike(told: Fit, each: float) -> bool:
+    """Whether no rotor of the set is further from the others than its own error, each times 1 %, makes it."""
+    columns = told.linear.columns
+    ordinary = told.linear.spike(Scales(each))
+    every = np.array([c.candidate.name == _ROTOR for c in columns]) & (ordinary > 0.0)
+    covariance = overdispersion(told)[1]
+    for i in np.flatnonzero(every):
+        others = every & (np.arange(len(every)) != i)
+        if columns[i].candidate.label not in told.labels:
+            continue
+        apart = -others.astype(float) / max(others.sum(), 1)
+        apart[i] = 1.0
+        error = np.hypot(np.sqrt(apart @ covariance @ apart), ordinary[i])
+        if abs(apart @ told.solution.theta) >= ORDINARY * error:
+            return False
+    return True
+
+
+def _words(off: float) -> str:
+    return (
+        f"it is within what this vehicle file is off by, {off:.2g} times 1 %: a number of the file, and nothing missing"
+    )
