@@ -36,7 +36,7 @@ def judged(name="linear_drag", **changed):
 
 
 def left(axis, rise):
-    return Structure(axis, 0.5, 0.0, rise, 1.0, (), None, 0.0)
+    return Structure(axis, 0.5, 0.0, rise, (), None, 0.0)
 
 
 @pytest.mark.parametrize(

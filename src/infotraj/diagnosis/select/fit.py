@@ -114,9 +114,7 @@ class Fit:
         return self.linear.members(self.chosen, numbers, shift=LOOSE)
 
     def error(self, theta: Array) -> Array:
-        """Weighted squared error (axes, blocks) with numbers theta (p,), or (folds, p): each fold under its own."""
+        """Weighted squared error (axes, blocks) with numbers theta (folds, p), each fold under its own."""
         sums = self.linear.absent
-        if theta.ndim == 1:
-            return sums.error(theta)
         folds = np.unique(sums.fold)
         return sums.error(theta[np.searchsorted(folds, sums.fold)])
