@@ -154,11 +154,6 @@ class Linear:
                 out[i] = 0.0
         return out
 
-    def weighed_anew(self) -> Linear:
-        """The same columns under weights that settle from the start."""
-        o = self.observation
-        return self._weighed(weights(self.found, o.ignored, None, o.balance, self.weights.beyond))
-
     def without_axes(self, axes: AbstractSet[str]) -> Linear:
         """The same columns where further axes do not count. The others weigh what they did: around what was found there
         is little left to measure weights by."""
@@ -168,14 +163,14 @@ class Linear:
     def _weighed(self, weighed: Weights) -> Linear:
         return replace(self, weights=weighed, sums=gathered(self.found, weighed, self.observation.blocks))
 
-    def weighed_beside(self, columns: Sequence[int]) -> Linear:
+    def weighed_beside(self, columns: Sequence[int] | None = None) -> Linear:
         """The same where all that these columns leave is noise: an axis on which a file fails that is taken as it is,
-        says little of them."""
-        beside = [0, *(1 + c for c in columns)]
-        parts = [replace(s, values=s.values[:, beside]) for s in self.found]
+        says little of them. columns: all where not given."""
+        parts = self.found
+        if columns is not None:
+            parts = tuple(replace(s, values=s.values[:, [0, *(1 + c for c in columns)]]) for s in self.found)
         o = self.observation
-        weighed = weights(parts, o.ignored, None, o.balance, self.weights.beyond)
-        return replace(self, weights=weighed, sums=gathered(self.found, weighed, self.observation.blocks))
+        return self._weighed(weights(parts, o.ignored, None, o.balance, self.weights.beyond))
 
     def moved(self, point: Sequence[Member]) -> Linear | None:
         """The same columns around another point, at which the model itself is computed; None where it cannot be.
