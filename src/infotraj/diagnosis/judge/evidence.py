@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from infotraj.diagnosis.gates import refusal
+from infotraj.diagnosis.linear.candidates import firsts
 from infotraj.diagnosis.linear.sums import Sums
 from infotraj.diagnosis.select.fit import Fit
 from infotraj.diagnosis.select.prior import Scales
@@ -113,9 +114,7 @@ def _falls(without: _Left, kept: _Left) -> Array:
 
 def translated(whole: Fit, each: Array, rest: Fit) -> Array:
     """Numbers (folds, p) of one fit in the columns of another, by label and place; its own where there are none."""
-    known: dict[tuple[str, int], int] = {}
-    for i, c in enumerate(whole.linear.columns):
-        known.setdefault((c.candidate.label, c.place), i)
+    known = firsts((c.candidate.label, c.place) for c in whole.linear.columns)
     out = rest.solution.each.copy()
     for i, c in enumerate(rest.linear.columns):
         if (c.candidate.label, c.place) in known and out[:, i].any():

@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from infotraj.diagnosis.linear.candidates import Candidate, Variant, only_more, places, read, written
+from infotraj.diagnosis.linear.candidates import Candidate, Variant, firsts, only_more, places, read, written
 from infotraj.diagnosis.linear.candidates import variants as own_variants
 from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.linear.sensitivities import sensitivities
@@ -219,9 +219,7 @@ class Linear:
 
     def labelled(self, labels: Sequence[str]) -> tuple[int, ...]:
         """The choices with these labels, the first of each."""
-        first: dict[str, int] = {}
-        for i, c in enumerate(self.choices):
-            first.setdefault(c.label, i)
+        first = firsts(c.label for c in self.choices)
         return tuple(first[label] for label in labels)
 
     def _numbers(self, members: Sequence[Member]) -> Array:
