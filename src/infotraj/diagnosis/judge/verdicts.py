@@ -28,7 +28,6 @@ HALVES = float(np.log(2.0))  # the same, by half of one axis
 _LIKELY = 0.5
 _AS_WELL = 0.05  # of the error that a group's members leave: less is no reason to prefer one
 _WORSE = "flights that were not fitted are predicted worse with it, all of them"
-_CHANGES = 1.0  # form error with which a number changes by as much as it is large
 
 
 @dataclass(frozen=True)
@@ -149,8 +148,6 @@ class Judge:
         other = self._faint(j) or self._makes_up(j)
         if other:
             return "Plausible", other
-        if e.form_error >= _CHANGES:
-            return "Plausible", f"its size changes from place to place by {100 * e.form_error:.0f} %"
         beside = "" if e.gain >= HALVES else self._beside_more(e)
         return ("Plausible", beside) if beside else (None, "")
 
