@@ -50,7 +50,6 @@ from infotraj.vehicle import Vehicle
 _CLEAR = 1.0  # s before and after the ground, which pushes and turns a vehicle: no part of what is compared
 _TORQUES = frozenset(a for a in AXES if a[0] == "t")
 _STEPS = 3  # that who waits is told of
-_SEARCHES = 2  # the second without the axes that the first could not explain
 
 
 @dataclass(frozen=True)
@@ -193,7 +192,7 @@ def diagnose(
         if not late_balance <= observation.balance:
             observation = _in_balance(observation, observation.balance | late_balance)
             search, whole, why_not = search_on(observation, doubts, told=True)
-    for _ in range(_SEARCHES - 1 if healthy is None else 0):
+    if healthy is None:
         # What a fitted model still does not say was no ground to fit it on: it is left out, and the rest judged anew.
         told_of = refused_axes(doubts).keys()
         fitted = search.observation.model(straight(whole))
@@ -202,11 +201,10 @@ def diagnose(
         after_all = refusal.unanswered(fitted, read, start, stop, known=told_of, given=model)
         late = [d for d in as_accepted(after_all, read) if not refused_axes(doubts).keys() >= set(d.axes)]
         doubts = once((*doubts, *late))
-        if not search.known or not any(d.counts for d in late):
-            break
-        pieces("searching again", AGAIN)
-        reached("searching again")
-        search, whole, why_not = search_on(observation, doubts, like=whole)
+        if search.known and any(d.counts for d in late):
+            pieces("searching again", AGAIN)
+            reached("searching again")
+            search, whole, why_not = search_on(observation, doubts, like=whole)
     doubts = (*doubts, *saturated(flights, vehicle), *impossible_body(vehicle))
     refused = with_mixed(refused_axes(doubts), observation.samples)
     sideways = [a for a in AXES[:2] if "v" + a[1] in observation.ignored and a not in refused]

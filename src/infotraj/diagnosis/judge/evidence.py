@@ -68,7 +68,7 @@ def evidence(whole: Fit, label: str, rng: np.random.Generator, rest: Fit | None 
     else:
         own = [i for i, c in enumerate(rest.linear.columns) if c.candidate.label == label]
         without = _Left.of(rest, rest.scorer.beside(rest.chosen, translated(whole, each, rest), own))
-    return _against(whole, without, _Left.of(whole, each), nats, mine, rng)
+    return _against(whole, without, _Left.of(whole, each), nats, mine, rng, whole.solution.theta)
 
 
 def any_of(made: Fit, of: Sequence[int], always: Sequence[int], wider: float) -> float:
@@ -154,11 +154,11 @@ def gain_beside(whole: Fit, choice: int) -> float:
 
 
 def _against(
-    whole: Fit, out: _Left, kept: _Left, nats: float, mine: Sequence[int], rng, theta: Array | None = None
+    whole: Fit, out: _Left, kept: _Left, nats: float, mine: Sequence[int], rng: np.random.Generator, theta: Array
 ) -> Evidence:
     sums = whole.linear.absent
     # What other numbers do on an axis meanwhile is not this effect's doing.
-    own = acts(sums, mine, whole.solution.theta if theta is None else theta, kept.believed)
+    own = acts(sums, mine, theta, kept.believed)
     lost, left = out.error[own], kept.error[own]
     draws = resampled(sums.flight, rng)
     a, b = draws @ lost.sum(axis=0), draws @ left.sum(axis=0)
@@ -180,7 +180,7 @@ def _against(
         {a: float(x) for a, x, o in zip(sums.axes, falls, own, strict=True) if o},
         float(falls[own].sum()),
         float(1.0 / (1.0 + np.exp(-np.clip(nats, -50.0, 50.0)))),
-        form_error(whole, mine, whole.solution.theta if theta is None else theta),
+        form_error(whole, mine, theta),
     )
 
 

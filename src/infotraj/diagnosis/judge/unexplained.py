@@ -69,9 +69,7 @@ def unexplained(whole: Fit, matters: float, rng: np.random.Generator) -> Unexpla
     model = o.model(whole.linear.members(whole.chosen, whole.solution.theta, shift=0.0, straight=True))
     left = [s.residual(model) for s in o.samples]
     predictions = [model.predict(s.prepared) for s in o.samples]
-    names = []
-    for s in o.samples:
-        names += [c.name for c in s.channels if c.name not in names]
+    names = dict.fromkeys(c.name for s in o.samples for c in s.channels)
     predicted = [[np.zeros_like(x) for x in flight] for flight in left]
     loud: dict[str, Structure] = {}
     held: dict[str, tuple[float, float, tuple, str | None, float]] = {}
@@ -95,16 +93,13 @@ def unexplained(whole: Fit, matters: float, rng: np.random.Generator) -> Unexpla
         axis: Structure(axis, share, chance, rises[axis], goes, hint, hint_share)
         for axis, (share, chance, goes, hint, hint_share) in held.items()
     }
-    ignored = o.ignored
-    loud = {axis: s for axis, s in loud.items() if axis not in ignored}
-    real = [
-        s
+    real = {
+        axis: s
         for axis, s in every.items()
-        if axis not in ignored and s.share > max(s.chance, _LEAST_SHARE) and max(s.rise, plain[axis]) > matters
-    ]
-    named = {s.axis for s in real}
-    real += [s for axis, s in loud.items() if axis not in named]
-    return Unexplained(bool(real), tuple(sorted(real, key=lambda s: -s.rise)))
+        if s.share > max(s.chance, _LEAST_SHARE) and max(s.rise, plain[axis]) > matters
+    }
+    found = [s for axis, s in {**loud, **real}.items() if axis not in o.ignored]
+    return Unexplained(bool(found), tuple(sorted(found, key=lambda s: -s.rise)))
 
 
 def _plain_rise(y: Array, fitted: Array, share: float) -> float:

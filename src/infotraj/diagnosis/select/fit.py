@@ -66,11 +66,9 @@ class Fit:
         """What scores sets beside files from exact to ten times ordinary, kinds as far apart as beside this one."""
         if self.scales.common == 0.0 or self.linear.observation.healthy is not None:
             return (self.scorer,)
-        every = {s.common: self.scales.times(s.common / self.scales.common) for s in self.linear.scales}
-        return tuple(
-            self.scorer if common == self.scales.common else self.linear.scorer(s, self.held)
-            for common, s in every.items()
-        )
+        own = self.scales.common
+        others = {x.common: self.scales.times(x.common / own) for x in self.linear.scales}
+        return tuple(self.scorer if x == own else self.linear.scorer(s, self.held) for x, s in others.items())
 
     def log_probability(self, sets: Sequence[tuple[int, ...]]) -> Array:
         """Of sets of choices, (n,), nats up to a constant, however far the file is off: what is sure beside one that is
