@@ -12,7 +12,7 @@ def doubt(falls, rises, left):
     """What is said of an effect by which the errors fall so, and rise so without it, beside what is left by axis."""
     largest = max(rises, key=rises.get)
     found = Evidence(-0.5, (-0.6, -0.4), (3, 3), 1.0, rises[largest], largest, rises, falls, sum(falls.values()), 1.0)
-    axes = tuple(Structure(a, 0.9, 0.0, rise, 1.0, (), None, 0.0) for a, rise in left.items())
+    axes = tuple(Structure(a, 0.9, 0.0, rise, (), None, 0.0) for a, rise in left.items())
     judge = Judge(None, None, (), (), Unexplained(bool(axes), axes), {}, 0.05, np.random.default_rng(0))
     return judge._beside_more(found)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from linear_fits import ROWS, linear_fit
 
-from infotraj.diagnosis.judge import numbers, ratio
+from infotraj.diagnosis.judge import numbers, ratio, verdicts
 from infotraj.diagnosis.judge.evidence import Evidence
 from infotraj.diagnosis.judge.giving import Given
 from infotraj.diagnosis.judge.numbers import (
@@ -231,11 +231,11 @@ def with_ratio(monkeypatch, falls, out_of_line=True, beside=("thrust_scale", "co
     """Findings where each label corrects thrust over mass with these falls; what is left beside the named ones."""
     monkeypatch.setattr(ratio, "evidence", lambda fit, label, rng: evidence_of(**falls[label]))
     monkeypatch.setattr(ratio, "out_of_line", lambda told, named: out_of_line)
-    monkeypatch.setattr(ratio, "fitted_numbers", lambda fit, told: [{"factor": 0.1}])
-    monkeypatch.setattr(ratio, "values_of", lambda member: {"factor": 0.8})
+    monkeypatch.setattr(numbers, "fitted_numbers", lambda fit, told: [{"factor": 0.1}])
+    monkeypatch.setattr(verdicts, "values_of", lambda member: {"factor": 0.8})
 
     def fit(label):
-        return SimpleNamespace(members=[SimpleNamespace(candidate=SimpleNamespace(label=label))])
+        return SimpleNamespace(members=[SimpleNamespace(candidate=SimpleNamespace(label=label, name=label))])
 
     findings = tuple(Finding(x, "Not needed", (x,), None, {}, {}) for x in ("mass_offset", "thrust_scale", "wind"))
     made = Given(fit(""), {}, beside=beside, of_ratio={x: fit(x) for x in falls})

@@ -151,7 +151,7 @@ def test_effects_of_one_verdict_stand_by_how_much_they_raise_the_error():
 
 
 def test_structure_is_told_with_its_held_out_share_and_what_it_goes_with():
-    left = Structure("vx", 0.42, 0.1, 2.0, 1.0, (("wx", -0.7),), "vx goes with wx", 0.3)
+    left = Structure("vx", 0.42, 0.1, 2.0, (("wx", -0.7),), "vx goes with wx", 0.3)
     made = answer(unexplained=Unexplained(True, (left,)))
     assert "left on vx: 42 % of the slow error can be predicted; it goes with wx (-0.70)" in as_text(made)
     assert "hint, not a result: vx goes with wx (30 % held out)" in as_text(made)
@@ -225,7 +225,7 @@ def test_a_steady_turn_is_no_motion_and_seconds_count_by_the_root_of_their_varia
 
 
 def loud(axis, share=0.3, rise=1.0):
-    return Structure(axis, share, 0.0, rise, 1.0, (), None, 0.0)
+    return Structure(axis, share, 0.0, rise, (), None, 0.0)
 
 
 def test_an_error_far_above_what_healthy_flights_leave_is_a_change_without_a_name():

@@ -46,6 +46,11 @@ def by_axis(values: Array | Sequence[float]) -> dict[str, float | None]:
     return {axis: number(v) for axis, v in zip(AXES, values, strict=True)}
 
 
+def errors_by_axis(before: Statistics, after: Statistics) -> dict[str, dict[str, float | None]]:
+    """The errors of two models one after the other, axis by axis, and the floor of the second."""
+    return {"before": by_axis(before.rmse), "after": by_axis(after.rmse), "floor": by_axis(after.floor)}
+
+
 def number(value: float) -> float | None:
     """A number for JSON: null where it is not finite."""
     return float(value) if math.isfinite(value) else None

@@ -11,6 +11,7 @@ from infotraj.arguments import AnyPath
 from infotraj.checking.acceptance import accepted_in, accepted_lines
 from infotraj.comparing.equation_error import AXES
 from infotraj.comparing.statistics import Statistics
+from infotraj.comparing.summary import errors_by_axis
 from infotraj.diagnosis.diagnosis import held_members
 from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.gates.observing import observe
@@ -56,8 +57,6 @@ class Added:
 
     def as_dict(self) -> dict[str, Any]:
         """JSON: effects with parameters and standard errors, what corrects the file apart; errors before and after."""
-        from infotraj.diagnosis.report.saving import axes
-
         every = [
             {"name": e.name, "parameters": e.values, "standard_errors": s}
             for e, s in zip(self.model.effects, self.errors, strict=True)
@@ -66,11 +65,7 @@ class Added:
         return {
             "effects": every[:own],
             "corrected": every[own:],
-            "error": {
-                "before": axes(self.before.rmse),
-                "after": axes(self.after.rmse),
-                "floor": axes(self.after.floor),
-            },
+            "error": errors_by_axis(self.before, self.after),
             "commands": {"steps": self.command_steps},
             "at_bound": self.ended,
             "accepted": list(self.accepted),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -49,7 +50,6 @@ from infotraj.vehicle import Vehicle
 _CLEAR = 1.0  # s before and after the ground, which pushes and turns a vehicle: no part of what is compared
 _TORQUES = frozenset(a for a in AXES if a[0] == "t")
 _STEPS = 3  # that who waits is told of
-_SEARCHES = 2  # the second without the axes that the first could not explain
 
 
 @dataclass(frozen=True)
@@ -175,7 +175,7 @@ def diagnose(
     known, hidden = candidates(catalog, vehicle, seen)
     if healthy is not None:
         known, hidden = healthy.shown(known, hidden)
-    taken = {m.candidate.label for m in held}
+    search_on = partial(_searched, held=held, names=catalog, known=known, hidden=hidden)
     doubts = premises.doubts(model, flights, start, stop)
     step(2, _STEPS, "searching")
     observation = replace(observe(model, seen, start, stop, _CLEAR if healthy is not None else 0.0), healthy=healthy)
@@ -186,15 +186,13 @@ def diagnose(
         observation = _in_balance(observation, healthy.balance | observation.balance | usual)
     # Where healthy flights were learned, who waits was told of all of it before.
     planned = healthy is not None and not isinstance(reference, Healthy)
-    search, whole, why_not = _searched(observation, held, doubts, list(catalog), known, hidden, taken, told=not planned)
+    search, whole, why_not = search_on(observation, doubts, told=not planned)
     if healthy is not None and search.known:
         late_balance = _balanced(search.observation.model(straight(whole)), seen, start, stop)
         if not late_balance <= observation.balance:
             observation = _in_balance(observation, observation.balance | late_balance)
-            search, whole, why_not = _searched(
-                observation, held, doubts, list(catalog), known, hidden, taken, told=True
-            )
-    for _ in range(_SEARCHES - 1 if healthy is None else 0):
+            search, whole, why_not = search_on(observation, doubts, told=True)
+    if healthy is None:
         # What a fitted model still does not say was no ground to fit it on: it is left out, and the rest judged anew.
         told_of = refused_axes(doubts).keys()
         fitted = search.observation.model(straight(whole))
@@ -203,11 +201,10 @@ def diagnose(
         after_all = refusal.unanswered(fitted, read, start, stop, known=told_of, given=model)
         late = [d for d in as_accepted(after_all, read) if not refused_axes(doubts).keys() >= set(d.axes)]
         doubts = once((*doubts, *late))
-        if not search.known or not any(d.counts for d in late):
-            break
-        pieces("searching again", AGAIN)
-        reached("searching again")
-        search, whole, why_not = _searched(observation, held, doubts, list(catalog), known, hidden, taken, whole)
+        if search.known and any(d.counts for d in late):
+            pieces("searching again", AGAIN)
+            reached("searching again")
+            search, whole, why_not = search_on(observation, doubts, like=whole)
     doubts = (*doubts, *saturated(flights, vehicle), *impossible_body(vehicle))
     refused = with_mixed(refused_axes(doubts), observation.samples)
     sideways = [a for a in AXES[:2] if "v" + a[1] in observation.ignored and a not in refused]
@@ -280,13 +277,13 @@ def learn(
     known, hidden = candidates(catalog, model.vehicle, seen)
     doubts = premises.doubts(model, flights, start, stop)
     observation = observe(model, seen, start, stop, _CLEAR)
-    taken = {m.candidate.label for m in held}
+    search_on = partial(_searched, held=held, names=catalog, known=known, hidden=hidden)
     balance = observation.balance
     if balance:
         balance |= _balanced(model, seen, start, stop)
     else:
         # Whether torques follow the commands is asked of the fitted model: a file may be wrong by a lag.
-        search, whole, _ = _searched(observation, held, doubts, list(catalog), known, hidden, taken)
+        search, whole, _ = search_on(observation, doubts)
         balance = _balanced(search.observation.model(straight(whole)), seen, start, stop) if search.known else balance
     if balance and (observation.balance or balance == _TORQUES):
         # Of what is not predicted nothing can be identified: it is only said what is usual.
@@ -294,8 +291,7 @@ def learn(
         usual = linearised(replace(observation, balance=balance), held, every)
         return learned(around_usual(usual, every), flights, 1.0)
     if balance:
-        at = replace(observation, balance=balance)
-        search, whole, _ = _searched(at, held, doubts, list(catalog), known, hidden, taken)
+        search, whole, _ = search_on(replace(observation, balance=balance), doubts)
     if not search.known:
         why = next(iter(refused_axes(doubts).values()), "no effect can be tested on them")
         raise InputError(problem(f"the healthy flights: {why}", "flights that can be judged", "Choose others."))
@@ -324,12 +320,12 @@ def _balanced(model: Model, flights: Sequence[Flight], start: float | None, stop
 
 def _searched(
     observation: Observation,
-    held: tuple[Member, ...],
     doubts: Sequence[Doubt],
-    names: list[str],
+    *,
+    held: tuple[Member, ...],
+    names: Iterable[str],
     known: list[Candidate],
     hidden: dict[str, str],
-    taken: set[str],
     like: Fit | None = None,
     told: bool = False,
 ) -> tuple[Search, Fit, dict[str, str]]:
@@ -337,6 +333,7 @@ def _searched(
 
     told: who waits is told how long a diagnosis with this search will take.
     """
+    taken = {m.candidate.label for m in held}
     left_to, why_not = premises.remaining(doubts, names, known, hidden)
     left_to = [c for c in left_to if c.label not in taken]
     if left_to:

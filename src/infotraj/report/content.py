@@ -14,6 +14,7 @@ import numpy as np
 from infotraj import __version__
 from infotraj.comparing.equation_error import AXES
 from infotraj.comparing.following import measuring_command
+from infotraj.comparing.summary import by_axis
 from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.report import summary
 from infotraj.diagnosis.report.asking import Asked
@@ -126,15 +127,11 @@ def _fall(fall: Combinations, found: Diagnosis) -> dict[str, Any]:
         "at": [2**k - 1 for k in range(len(labels) + 1)],
         "axes": [a for i, a in enumerate(AXES) if np.isfinite(fall.rmse[:, i]).all()],
         "refused": found.refused,
-        "rmse": [_by_axis(row) for row in fall.rmse],
-        "low": [_by_axis(row) for row in fall.low],
-        "high": [_by_axis(row) for row in fall.high],
-        "floor": _by_axis(fall.floor),
+        "rmse": [by_axis(row) for row in fall.rmse],
+        "low": [by_axis(row) for row in fall.low],
+        "high": [by_axis(row) for row in fall.high],
+        "floor": by_axis(fall.floor),
     }
-
-
-def _by_axis(values: Any) -> dict[str, float | None]:
-    return {a: float(v) if np.isfinite(v) else None for a, v in zip(AXES, values, strict=True)}
 
 
 def _next(asked: Asked, found: Diagnosis, saved: Path | None) -> list[dict[str, str]]:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from infotraj.diagnosis.gates import refusal
+from infotraj.diagnosis.linear.candidates import firsts
 from infotraj.diagnosis.linear.sums import Sums
 from infotraj.diagnosis.select.fit import Fit
 from infotraj.diagnosis.select.prior import Scales
@@ -67,7 +68,7 @@ def evidence(whole: Fit, label: str, rng: np.random.Generator, rest: Fit | None 
     else:
         own = [i for i, c in enumerate(rest.linear.columns) if c.candidate.label == label]
         without = _Left.of(rest, rest.scorer.beside(rest.chosen, translated(whole, each, rest), own))
-    return _against(whole, without, _Left.of(whole, each), nats, mine, rng)
+    return _against(whole, without, _Left.of(whole, each), nats, mine, rng, whole.solution.theta)
 
 
 def any_of(made: Fit, of: Sequence[int], always: Sequence[int], wider: float) -> float:
@@ -113,9 +114,7 @@ def _falls(without: _Left, kept: _Left) -> Array:
 
 def translated(whole: Fit, each: Array, rest: Fit) -> Array:
     """Numbers (folds, p) of one fit in the columns of another, by label and place; its own where there are none."""
-    known: dict[tuple[str, int], int] = {}
-    for i, c in enumerate(whole.linear.columns):
-        known.setdefault((c.candidate.label, c.place), i)
+    known = firsts((c.candidate.label, c.place) for c in whole.linear.columns)
     out = rest.solution.each.copy()
     for i, c in enumerate(rest.linear.columns):
         if (c.candidate.label, c.place) in known and out[:, i].any():
@@ -147,19 +146,12 @@ def evidence_of_absent(whole: Fit, choice: int, rng: np.random.Generator) -> Evi
     return _against(whole, without, with_it, nats, mine, rng, added.theta)
 
 
-def gain_beside(whole: Fit, choice: int) -> float:
-    """The logarithm by which errors of flights that were not fitted fall with one more effect: `Evidence.gain`."""
-    added, mine = whole.scorer.solution((*whole.chosen, choice)), whole.linear.choices[choice].columns
-    without, kept = _Left.of(whole, whole.solution.each), _Left.of(whole, added.each)
-    return float(_falls(without, kept)[acts(whole.linear.absent, mine, added.theta, kept.believed)].sum())
-
-
 def _against(
-    whole: Fit, out: _Left, kept: _Left, nats: float, mine: Sequence[int], rng, theta: Array | None = None
+    whole: Fit, out: _Left, kept: _Left, nats: float, mine: Sequence[int], rng: np.random.Generator, theta: Array
 ) -> Evidence:
     sums = whole.linear.absent
     # What other numbers do on an axis meanwhile is not this effect's doing.
-    own = acts(sums, mine, whole.solution.theta if theta is None else theta, kept.believed)
+    own = acts(sums, mine, theta, kept.believed)
     lost, left = out.error[own], kept.error[own]
     draws = resampled(sums.flight, rng)
     a, b = draws @ lost.sum(axis=0), draws @ left.sum(axis=0)
@@ -181,7 +173,7 @@ def _against(
         {a: float(x) for a, x, o in zip(sums.axes, falls, own, strict=True) if o},
         float(falls[own].sum()),
         float(1.0 / (1.0 + np.exp(-np.clip(nats, -50.0, 50.0)))),
-        form_error(whole, mine, whole.solution.theta if theta is None else theta),
+        form_error(whole, mine, theta),
     )
 
 

@@ -203,15 +203,14 @@ def _as_before(m: Member, observation: Observation) -> bool:
 
 
 def _as_found(search: Search, whole: Fit, labels: Sequence[str]) -> Fit:
-    """The effects with the numbers that the search found for them, and the file as it is."""
+    """The effects with what is new in the numbers that the search found for them, and nothing else beside what is
+    healthy."""
     linear = whole.linear
     chosen = tuple(i for i in whole.chosen if linear.choices[i].label in labels)
     kept = sorted({*linear.kept, *(c for i in chosen for c in linear.choices[i].columns)})
     out = np.ones(linear.sums.width, dtype=bool)
     out[kept] = False
-    theta, each = whole.solution.theta.copy(), whole.solution.each.copy()
-    if linear.observation.healthy is not None:
-        theta, each, _ = (x.copy() for x in whole.changes)
+    theta, each, _ = (x.copy() for x in whole.changes)
     theta[out], each[:, out] = 0.0, 0.0
     before = linear.scorer(Scales(0.0), search.held).given
     if linear.kept:

@@ -8,15 +8,13 @@ whatever the file. It is named where it takes half of an error off flights that 
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from scipy import stats
 
 from infotraj.diagnosis.judge.evidence import evidence, overdispersion
 from infotraj.diagnosis.judge.giving import Given, given
-from infotraj.diagnosis.judge.numbers import fitted_numbers, values_of
-from infotraj.diagnosis.judge.verdicts import CONFIDENT, Finding
+from infotraj.diagnosis.judge.numbers import in_fit
+from infotraj.diagnosis.judge.verdicts import CONFIDENT, HALVES, Finding, group_of
 from infotraj.diagnosis.select.fit import Fit
 from infotraj.diagnosis.select.prior import Scales
 from infotraj.diagnosis.select.search import Search
@@ -25,7 +23,6 @@ from infotraj.rotations import Array
 LEVEL = 0.01  # of files whose rotors differ at random one in a hundred has a lone one
 _ROTOR, _PLACE = "rotor_effectiveness", "com_offset"
 _FEWEST = 4  # rotors: with fewer nothing says how much they differ
-_HALF = float(np.log(2.0))  # by which the error of an axis falls
 _NORMAL = stats.norm.ppf((np.arange(2000) + 0.5) / 2000)  # a normal number's quantiles, to average over
 _ROUNDS = 4
 
@@ -47,23 +44,15 @@ def with_lone_rotor(
     falls = {x: evidence(fit, x, rng) for x, fit in fits.items()}
     axis = max(falls[label].falls, key=lambda a: falls[label].falls[a], default="")
     most = falls[label].falls.get(axis, 0.0)
-    if most < _HALF:
+    if most < HALVES:
         return findings, made
     with_it = given(search, told, [*named, label])
     if label in with_it.lost or label in with_it.at_bound:
         return findings, made
     # What leaves twice as much there is told from it.
-    group = tuple(x.split()[0] for x, e in falls.items() if e.falls.get(axis, 0.0) > most - _HALF)
-    new = {x.split()[0]: _finding(x, fits[x], told, group, falls[x]) for x in tried if x.split()[0] in group}
+    group = [x for x, e in falls.items() if e.falls.get(axis, 0.0) > most - HALVES]
+    new = {f.name: f for f in group_of([(*in_fit(fits[x], x, told), falls[x]) for x in group])}
     return tuple(new.get(f.name, f) for f in findings), with_it
-
-
-def _finding(label: str, fit: Fit, told: Fit, group: tuple[str, ...], found) -> Finding:
-    k = [m.candidate.label for m in fit.members].index(label)
-    one = Finding(label.split()[0], "Supported", group, found, values_of(fit.members[k]), fitted_numbers(fit, told)[k])
-    if len(group) == 1:
-        return one
-    return replace(one, verdict="Not separable", reason=f"these flights cannot tell {' from '.join(group)}")
 
 
 def lone_rotor(told: Fit) -> str | None:

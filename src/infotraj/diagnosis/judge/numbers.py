@@ -81,6 +81,12 @@ def fitted_numbers(made: Fit, told: Fit | None = None) -> list[dict[str, Any]]:
     return out
 
 
+def in_fit(made: Fit, label: str, told: Fit) -> tuple[Member, dict[str, Any]]:
+    """One member of a fit, and its standard errors (see `fitted_numbers`)."""
+    k = [m.candidate.label for m in made.members].index(label)
+    return made.members[k], fitted_numbers(made, told)[k]
+
+
 def by_parameter(m: Member, values: Array) -> dict[str, Any]:
     """Numbers of a member by parameter, a list where the parameter is one."""
     out, place = {}, 0

@@ -15,11 +15,10 @@ import numpy as np
 from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.judge.evidence import evidence
 from infotraj.diagnosis.judge.giving import Given
-from infotraj.diagnosis.judge.numbers import fitted_numbers, out_of_line, values_of
-from infotraj.diagnosis.judge.verdicts import Finding
+from infotraj.diagnosis.judge.numbers import in_fit, out_of_line
+from infotraj.diagnosis.judge.verdicts import CONFIDENT, HALVES, Finding, group_of
 from infotraj.diagnosis.select.fit import Fit
 
-_HALF = float(np.log(2.0))  # by which the error of an axis falls
 _MOSTLY = 0.5  # of what the best takes off that axis: what takes as much is not told from it
 
 
@@ -31,23 +30,15 @@ def with_ratio(
     told: the set of what is needed, beside a file that is free to be wrong.
     """
     best = next(iter(made.of_ratio), "")
-    named = {f.name for f in findings if f.verdict in ("Supported", "Not separable")}
+    named = {f.name for f in findings if f.verdict in CONFIDENT}
     if best not in made.beside or not out_of_line(told, named):
         return findings, made
     falls = {x: evidence(fit, x, rng) for x, fit in made.of_ratio.items()}
     forces = {a: x for a, x in falls[best].falls.items() if (refusal.axis_group(a) or "")[:1] == "f"}
     axis = max(forces, key=lambda a: forces[a], default="")
     most = forces.get(axis, 0.0)
-    if most < _HALF:
+    if most < HALVES:
         return findings, made
     group = [x for x, e in falls.items() if e.falls.get(axis, 0.0) >= _MOSTLY * most]
-    new: dict[str, Finding] = {}
-    for x in group:
-        fit = made.of_ratio[x]
-        k = [m.candidate.label for m in fit.members].index(x)
-        values, errors = values_of(fit.members[k]), fitted_numbers(fit, told)[k]
-        new[x] = Finding(x, "Supported", tuple(group), falls[x], values, errors)
-        if len(group) > 1:
-            reason = f"these flights cannot tell {' from '.join(group)}"
-            new[x] = replace(new[x], verdict="Not separable", reason=reason)
+    new = {f.name: f for f in group_of([(*in_fit(made.of_ratio[x], x, told), falls[x]) for x in group])}
     return tuple(new.get(f.name, f) for f in findings), replace(made, beside=tuple(x for x in made.beside if x != best))

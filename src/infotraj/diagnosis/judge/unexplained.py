@@ -10,7 +10,7 @@ or of the error itself. Bands weigh by what the model explains, so that what it 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,16 +37,14 @@ class Structure:
     """What is left on one axis.
 
     share: of the error (50 ms means) that held-out flights predict, chance: the most that a shifted residual gives;
-    rise: of the weighted squared error, in units of the floor; size: mean square of what is predicted, slow
-    coefficients; goes_with: quantities it correlates with most; hint: a sparse formula that holds up on held-out
-    flights, its share, or None.
+    rise: of the weighted squared error, in units of the floor; goes_with: quantities it correlates with most; hint: a
+    sparse formula that holds up on held-out flights, its share, or None.
     """
 
     axis: str
     share: float
     chance: float
     rise: float
-    size: float
     goes_with: tuple[tuple[str, float], ...]
     hint: str | None
     hint_share: float
@@ -59,11 +57,10 @@ class Structure:
 
 @dataclass(frozen=True)
 class Unexplained:
-    """found: whether structured error that matters is left; axes: where it is, largest first; every: all axes."""
+    """found: whether structured error that matters is left; axes: where it is, largest first."""
 
     found: bool
     axes: tuple[Structure, ...]
-    every: dict[str, Structure] = field(default_factory=dict)
 
 
 def unexplained(whole: Fit, matters: float, rng: np.random.Generator) -> Unexplained:
@@ -72,9 +69,7 @@ def unexplained(whole: Fit, matters: float, rng: np.random.Generator) -> Unexpla
     model = o.model(whole.linear.members(whole.chosen, whole.solution.theta, shift=0.0, straight=True))
     left = [s.residual(model) for s in o.samples]
     predictions = [model.predict(s.prepared) for s in o.samples]
-    names = []
-    for s in o.samples:
-        names += [c.name for c in s.channels if c.name not in names]
+    names = dict.fromkeys(c.name for s in o.samples for c in s.channels)
     predicted = [[np.zeros_like(x) for x in flight] for flight in left]
     loud: dict[str, Structure] = {}
     held: dict[str, tuple[float, float, tuple, str | None, float]] = {}
@@ -86,8 +81,7 @@ def unexplained(whole: Fit, matters: float, rng: np.random.Generator) -> Unexpla
             axis, outcome, fitted = _axis(table, ridge, i)
             ratio = _loudness(table.target[:, i] - fitted, table, i, o.vehicle.gravity)
             if ratio is not None:
-                size = float(np.mean((table.target[:, i] - fitted) ** 2)) / (BIN**2 if axis[0] in "vt" else 1.0)
-                loud[axis] = Structure(axis, 0.0, 0.0, ratio**2, size, (), None, 0.0)
+                loud[axis] = Structure(axis, 0.0, 0.0, ratio**2, (), None, 0.0)
             held[axis] = outcome
             plain[axis] = _plain_rise(table.target[:, i], fitted, outcome[0])
             for (flight, place, gathered), part in zip(table.where, np.split(fitted, table.cuts), strict=True):
@@ -96,19 +90,16 @@ def unexplained(whole: Fit, matters: float, rng: np.random.Generator) -> Unexpla
                 predicted[flight][place][:, i] = per_sample[gathered.of_sample]
     rises = _rises(whole, left, predicted)
     every = {
-        axis: Structure(axis, share, chance, *rises[axis], goes, hint, hint_share)
+        axis: Structure(axis, share, chance, rises[axis], goes, hint, hint_share)
         for axis, (share, chance, goes, hint, hint_share) in held.items()
     }
-    ignored = o.ignored
-    loud = {axis: s for axis, s in loud.items() if axis not in ignored}
-    real = [
-        s
+    real = {
+        axis: s
         for axis, s in every.items()
-        if axis not in ignored and s.share > max(s.chance, _LEAST_SHARE) and max(s.rise, plain[axis]) > matters
-    ]
-    named = {s.axis for s in real}
-    real += [s for axis, s in loud.items() if axis not in named]
-    return Unexplained(bool(real), tuple(sorted(real, key=lambda s: -s.rise)), every)
+        if s.share > max(s.chance, _LEAST_SHARE) and max(s.rise, plain[axis]) > matters
+    }
+    found = [s for axis, s in {**loud, **real}.items() if axis not in o.ignored]
+    return Unexplained(bool(found), tuple(sorted(found, key=lambda s: -s.rise)))
 
 
 def _plain_rise(y: Array, fitted: Array, share: float) -> float:
@@ -296,8 +287,8 @@ def _plain_share(x: Array, y: Array, fold: Array) -> float:
     return 1.0 - error / float(np.sum(y**2))
 
 
-def _rises(whole: Fit, left: list[list[Array]], predicted: list[list[Array]]) -> dict[str, tuple[float, float]]:
-    """What the predicted structure makes of the error: its rise per 50 ms under the noise without it, and its size."""
+def _rises(whole: Fit, left: list[list[Array]], predicted: list[list[Array]]) -> dict[str, float]:
+    """What the predicted structure makes of the error: its rise per 50 ms under the noise without it."""
     o, weights = whole.linear.observation, whole.linear.weights
     rest = [[a - b for a, b in zip(x, y, strict=True)] for x, y in zip(left, predicted, strict=True)]
     joint = [[np.stack([a, b], axis=2) for a, b in zip(x, y, strict=True)] for x, y in zip(left, rest, strict=True)]
@@ -313,7 +304,5 @@ def _rises(whole: Fit, left: list[list[Array]], predicted: list[list[Array]]) ->
         noise = np.maximum(np.bincount(band, square[:, 1], minlength=BANDS) / count, 1e-300)
         rise = float(np.sum(believed * (square[:, 0] - square[:, 1]) / noise[band]))
         windows = sum(np.ptp(s.time) if len(s.time) else 0.0 for s, _ in parts) / WINDOW
-        slow = band < weights.slow(axis)
-        size = float(np.mean(believed[slow] * (square[slow, 0] - square[slow, 1]))) if slow.any() else 0.0
-        out[axis] = rise / max(windows, 1.0), max(size, 0.0)
+        out[axis] = rise / max(windows, 1.0)
     return out

@@ -12,7 +12,7 @@ from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.judge.evidence import Evidence, beside_sensors, evidence_of_absent, left_by_set
 from infotraj.diagnosis.judge.groups import Rival, rivals
 from infotraj.diagnosis.judge.needed import SURE, Judged
-from infotraj.diagnosis.judge.numbers import fitted_numbers, values_of
+from infotraj.diagnosis.judge.numbers import fitted_numbers, in_fit, values_of
 from infotraj.diagnosis.judge.unexplained import Unexplained
 from infotraj.diagnosis.linear.candidates import Candidate
 from infotraj.diagnosis.linear.observation import Member
@@ -24,11 +24,10 @@ from infotraj.progress import reached
 
 CONFIDENT = ("Supported", "Not separable")
 MATTERS = 0.05  # rise of the squared error, in units of the floor, below which an effect does not matter
-_HALVES = float(np.log(2.0))  # the same, by half of one axis
+HALVES = float(np.log(2.0))  # the same, by half of one axis
 _LIKELY = 0.5
 _AS_WELL = 0.05  # of the error that a group's members leave: less is no reason to prefer one
 _WORSE = "flights that were not fitted are predicted worse with it, all of them"
-_CHANGES = 1.0  # form error with which a number changes by as much as it is large
 
 
 @dataclass(frozen=True)
@@ -107,21 +106,11 @@ class Judge:
         if verdict is not None:
             unsure = reason in (self._faint(j), self._makes_up(j))
             return [(Finding(name, verdict, (name,), found, values_of(m), errors, reason, unsure=unsure), None)]
-        alike = [r for r in rivals(self.search, self.whole, label, self.matters) if r.label.split()[0] != name]
-        members: list[_Alike] = [(m, errors, None)]
-        for r in alike:
-            own = dict(zip((x.candidate.label for x in r.fit.members), fitted_numbers(r.fit, self.whole), strict=True))
-            other = next(x for x in r.fit.members if x.candidate.label == r.label)
-            members.append((other, own[r.label], r))
+        others = [r for r in rivals(self.search, self.whole, label, self.matters) if r.label.split()[0] != name]
+        members: list[_Alike] = [(m, errors, None), *((*in_fit(r.fit, r.label, self.whole), r) for r in others)]
         members = self._simplest_first(members)
-        names = tuple(dict.fromkeys(x[0].candidate.name for x in members))
-        if len(names) == 1:
-            return [(Finding(name, "Supported", names, found, values_of(m), errors), None)]
-        reason = f"these flights cannot tell {' from '.join(names)}"
-        return [
-            (Finding(x.candidate.name, "Not separable", names, found, values_of(x), own, reason), r)
-            for x, own, r in members
-        ]
+        findings = group_of([(x, own, found) for x, own, _ in members])
+        return list(zip(findings, (r for *_, r in members), strict=True))
 
     def _simplest_first(self, members: list[_Alike]) -> list[_Alike]:
         """What predicts best beside the file as it is stands for the group; the simplest of those that do as well."""
@@ -152,16 +141,14 @@ class Judge:
         sure_of_number = declared is not None and (
             declared.kind in OF_THE_LOG or (declared.alone and self.search.observation.healthy is None)
         )
-        least = _LIKELY if sure_of_number and e.gain >= _HALVES else SURE
+        least = _LIKELY if sure_of_number and e.gain >= HALVES else SURE
         if e.probability < least or e.selected < SURE:
             chance = f"{100 * e.probability:.0f} % probable, better on {100 * e.selected:.0f} % of the resamples"
             return "Plausible", f"{chance} of flights that were not fitted"
         other = self._faint(j) or self._makes_up(j)
         if other:
             return "Plausible", other
-        if e.form_error >= _CHANGES:
-            return "Plausible", f"its size changes from place to place by {100 * e.form_error:.0f} %"
-        beside = "" if e.gain >= _HALVES else self._beside_more(e)
+        beside = "" if e.gain >= HALVES else self._beside_more(e)
         return ("Plausible", beside) if beside else (None, "")
 
     def _faint(self, j: Judged) -> str:
@@ -184,7 +171,7 @@ class Judge:
         times = np.diag(inertia) / np.diag(o.vehicle.inertia_matrix()) if inertia is not None else np.ones(3)
         far = {a: float(times["xyz".index(a[1])]) for a in self.faint}
         axis = max(far, key=lambda a: abs(np.log(far[a])))
-        if abs(np.log(far[axis])) < _HALVES:
+        if abs(np.log(far[axis])) < HALVES:
             return ""
         share = f"only {100 * self.faint[axis]:.0f} % of the torque there goes with the prediction"
         return f"the inertia about {axis[1]} would be {far[axis]:.2g} times the file's; {share}: {unsure}"
@@ -254,6 +241,17 @@ class Judge:
             return f"it acts beside {' or '.join(candidate.cls.beside)} only"
         refused = f" (not {', '.join(self.refused)}: {next(iter(self.refused.values()))})" if self.refused else ""
         return "" if told > 1.0 else f"these flights do not excite it: one of usual size would not show{refused}"
+
+
+def group_of(members: Sequence[tuple[Member, dict[str, Any], Evidence]]) -> list[Finding]:
+    """Findings of effects with their errors and evidence: of one alone that it is missing, of several that one is."""
+    names = tuple(dict.fromkeys(m.candidate.name for m, *_ in members))
+    alone = len(names) == 1
+    reason = "" if alone else f"these flights cannot tell {' from '.join(names)}"
+    return [
+        Finding(m.candidate.name, "Supported" if alone else "Not separable", names, found, values_of(m), errors, reason)
+        for m, errors, found in members
+    ]
 
 
 def _little(e: Evidence) -> str:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from infotraj.models.own_effects import is_own, named, require_usable
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
+Key = TypeVar("Key")
 _NOTHING = 0.01  # of a positive number of the file: less is as good as none
 
 
@@ -88,6 +89,14 @@ class Place:
 def places(candidate: Candidate, vehicle: Vehicle) -> list[Place]:
     """The fitted numbers of a candidate, in order."""
     return list(_places(candidate.cls, tuple(p.name for p in candidate.form), vehicle))
+
+
+def firsts(keys: Iterable[Key]) -> dict[Key, int]:
+    """The place of the first of each of these keys."""
+    found: dict[Key, int] = {}
+    for i, key in enumerate(keys):
+        found.setdefault(key, i)
+    return found
 
 
 @lru_cache(maxsize=1024)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from infotraj.diagnosis.linear.candidates import Candidate, Place, read, slopes, written
+from infotraj.diagnosis.linear.candidates import Candidate, Place, firsts, read, slopes, written
 from infotraj.effects.base import Effect
 from infotraj.flight import Flight
 from infotraj.rotations import Array
@@ -40,9 +40,7 @@ class Healthy:
         One linearisation of a number counts, the first. alone: what the flights that are held against them differ by
         themselves is in their common numbers.
         """
-        first: dict[tuple[str, int], int] = {}
-        for i, owner in enumerate(columns):
-            first.setdefault(owner, i)
+        first = firsts(columns)
         inside = [k for k, owner in enumerate(self.owners) if owner in first]
         at = [first[self.owners[k]] for k in inside]
         out = np.zeros((len(columns), len(columns)))
@@ -52,9 +50,7 @@ class Healthy:
 
     def mean(self, columns: Sequence[tuple[str, int]]) -> Array:
         """What the flights would rather have these numbers be than what the model says, (p,), usual sizes."""
-        first: dict[tuple[str, int], int] = {}
-        for i, owner in enumerate(columns):
-            first.setdefault(owner, i)
+        first = firsts(columns)
         out = np.zeros(len(columns))
         for owner, value in zip(self.owners, self.rather, strict=True):
             if owner in first:

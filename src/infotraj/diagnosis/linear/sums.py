@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,34 +22,6 @@ BLOCK = 2.0  # s
 _MOST_BLOCKS = 96
 
 
-class Products(Protocol):
-    """Products of the residual and all columns, the residual first, and how many coefficients they are of."""
-
-    @property
-    def folds(self) -> Array:
-        """Weighted, over all axes, (folds, 1 + p, 1 + p)."""
-
-    @property
-    def gram(self) -> Array:
-        """Weighted, (axes, blocks, 1 + p, 1 + p)."""
-
-    @property
-    def plain(self) -> Array:
-        """Of slow coefficients, without weights, (axes, folds, 1 + p, 1 + p)."""
-
-    @property
-    def believed(self) -> Array:
-        """The same, each times the coherence of its band."""
-
-    @property
-    def slow(self) -> Array:
-        """How many slow coefficients there are, (axes, folds)."""
-
-    @property
-    def windows(self) -> Array:
-        """Time of each block on each axis, (axes, blocks), in units of WINDOW."""
-
-
 @dataclass(frozen=True)
 class Sums:
     """Products of `made` (see there) after the residual r has become r - S theta; theta (p,).
@@ -58,7 +29,7 @@ class Sums:
     axes: names; fold, flight (blocks,): the group that is held out together, and the flight.
     """
 
-    made: Products
+    made: _OfSpectra
     axes: tuple[str, ...]
     fold: NDArray
     flight: NDArray
@@ -191,8 +162,11 @@ def blocks(found: Sequence[Spectrum]) -> Blocks:
 
 
 class _OfSpectra:
-    """Products of spectra under weights, those by block and axis made when they are first asked for: no search does.
+    """Products of the residual and all columns, the residual first, of spectra under weights.
 
+    Those by block and axis are made when they are first asked for: no search does. folds (folds, 1 + p, 1 + p):
+    weighted, over all axes; gram (axes, blocks, 1 + p, 1 + p): weighted; plain (axes, folds, 1 + p, 1 + p): of slow
+    coefficients, without weights; believed: the same, each times the coherence of its band.
     like: earlier ones under the same weights, whose columns `old` stand at the places `same` here, (q,) each, the
     residual counted as the first: their products are not made again.
     """
@@ -266,6 +240,7 @@ class _OfSpectra:
 
     @cached_property
     def slow(self) -> Array:
+        """How many slow coefficients there are, (axes, folds)."""
         axes = self._weights.axes
         out = np.zeros((len(axes), len(self._folds)))
         for s in self._found:
@@ -276,6 +251,7 @@ class _OfSpectra:
 
     @cached_property
     def windows(self) -> Array:
+        """Time of each block on each axis, (axes, blocks), in units of WINDOW."""
         axes, cut = self._weights.axes, self._cut
         out = np.zeros((len(axes), len(cut.flight)))
         for s in self._found:
@@ -305,7 +281,7 @@ def gathered(
 
     like: sums under the same weights, whose columns `old` are the columns `same` here, both counted from the residual.
     """
-    before = like.made if like is not None and isinstance(like.made, _OfSpectra) else None
+    before = like.made if like is not None else None
     made = _OfSpectra(found, weights, cut, before, *((same, old) if before is not None else ()))
     return Sums(made, weights.axes, cut.fold, cut.flight, np.zeros(found[0].values.shape[1] - 1))
 

@@ -7,10 +7,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from infotraj.comparing.equation_error import AXES
 from infotraj.comparing.statistics import Statistics
+from infotraj.comparing.summary import errors_by_axis
 from infotraj.diagnosis.adding import Added
 from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.flight import PART, Flight, sha256
@@ -92,14 +90,9 @@ def _save(
         version=f"infotraj {version('infotraj')}",
         parent=FileReference(path=str(parent.resolve()), sha256=sha256(parent)),
         flights=flights,
-        error={"before": axes(before.rmse), "after": axes(after.rmse), "floor": axes(after.floor)},
+        error=errors_by_axis(before, after),
         note=note,
         accepted=tuple(AcceptedFinding.model_validate(dict(entry)) for entry in accepted),
         at_bound=dict(at_bound),
     )
     save_model(model, path, standard_errors=errors, provenance=provenance)
-
-
-def axes(values: Any) -> dict[str, float | None]:
-    """An error of each axis; null where there is none."""
-    return {a: float(v) if np.isfinite(v) else None for a, v in zip(AXES, values, strict=True)}

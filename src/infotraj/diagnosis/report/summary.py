@@ -9,6 +9,7 @@ import numpy as np
 
 from infotraj.checking.acceptance import accepted_in, accepted_lines
 from infotraj.comparing.equation_error import AXES
+from infotraj.comparing.summary import errors_by_axis, number
 from infotraj.diagnosis.diagnosis import Diagnosis
 from infotraj.diagnosis.gates.refusal import axis_group
 from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS, FileNumber, number_in_words
@@ -42,28 +43,24 @@ def as_dict(found: Diagnosis) -> dict[str, Any]:
         "corrected": [{"name": e.name, "parameters": v, "standard_errors": s} for e, v, s in _corrected(found)],
         "reference": _reference(found),
         "load": None if (load := added_load(found)) is None else load.as_dict(),
-        "error": {
-            "before": _axes(found.before.rmse),
-            "after": _axes(found.after.rmse),
-            "floor": _axes(found.after.floor),
-        },
+        "error": errors_by_axis(found.before, found.after),
         "unexplained": [
             {
                 "axis": s.axis,
-                "rise": _number(s.rise),
-                "heldout_share": _number(s.share),
-                "goes_with": [{"quantity": q, "correlation": _number(c)} for q, c in s.goes_with],
+                "rise": number(s.rise),
+                "heldout_share": number(s.share),
+                "goes_with": [{"quantity": q, "correlation": number(c)} for q, c in s.goes_with],
                 "hint": s.hint,
-                "hint_heldout_share": _number(s.hint_share) if s.hint else None,
+                "hint_heldout_share": number(s.hint_share) if s.hint else None,
             }
             for s in found.unexplained.axes
         ],
         "file": [
             {
                 "name": n.name,
-                "declared": _number(n.declared),
-                "value": _number(n.value),
-                "standard_error": _number(n.standard_error),
+                "declared": number(n.declared),
+                "value": number(n.value),
+                "standard_error": number(n.standard_error),
                 "ordinary": n.ordinary,
                 "unit": n.unit,
                 "of_ratio": part,
@@ -78,14 +75,14 @@ def as_dict(found: Diagnosis) -> dict[str, Any]:
             axis: {
                 "judged": axis not in found.refused,
                 "reason": found.refused.get(axis),
-                "coherence": _number(found.coherence[i]),
+                "coherence": number(found.coherence[i]),
             }
             for i, axis in enumerate(AXES)
         },
         "warnings": [d.reason for d in found.doubts if not d.refuses],
         "accepted": found.accepted,
         "at_bound": found.at_bound,
-        "commands": {"every": _number(found.search.observation.command_step), "steps": found.command_steps},
+        "commands": {"every": number(found.search.observation.command_step), "steps": found.command_steps},
         "flights": [
             {
                 "path": str(s.flight.meta.get("source", "flight")),
@@ -372,30 +369,21 @@ def _short(value: Any) -> str:
 
 def _effect(f: Finding, usual: dict[str, Any] | None, changes: Sequence[Change] = ()) -> dict[str, Any]:
     e = f.evidence
-    fitted = {k: v for k, v in f.parameters.items()}
     return {
         "name": f.name,
         "verdict": f.verdict,
         "group": list(f.group),
-        "heldout_change": _number(e.heldout_change) if e else None,
-        "ci95": [_number(v) for v in e.ci95] if e else None,
+        "heldout_change": number(e.heldout_change) if e else None,
+        "ci95": [number(v) for v in e.ci95] if e else None,
         "flights_better": list(e.flights_better) if e else None,
-        "selected": _number(e.selected) if e else None,
-        "rise": _number(e.rise) if e else None,
-        "probability": _number(e.probability) if e else None,
-        "form_error": _number(e.form_error) if e else None,
-        "gain": _number(e.gain) if e else None,
-        "parameters": fitted,
+        "selected": number(e.selected) if e else None,
+        "rise": number(e.rise) if e else None,
+        "probability": number(e.probability) if e else None,
+        "form_error": number(e.form_error) if e else None,
+        "gain": number(e.gain) if e else None,
+        "parameters": f.parameters,
         "standard_errors": f.standard_errors,
         "reason": f.reason or None,
         **({"reference": usual, "change": [c.as_dict() for c in changes]} if usual is not None else {}),
         **({"instances": list(f.instances)} if f.instances else {}),
     }
-
-
-def _axes(values: Array) -> dict[str, float | None]:
-    return {a: _number(v) for a, v in zip(AXES, values, strict=True)}
-
-
-def _number(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None

@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from infotraj.diagnosis.linear.candidates import Candidate, Variant, only_more, places, read, written
+from infotraj.diagnosis.linear.candidates import Candidate, Variant, firsts, only_more, places, read, written
 from infotraj.diagnosis.linear.candidates import variants as own_variants
 from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.linear.sensitivities import sensitivities
@@ -154,11 +154,6 @@ class Linear:
                 out[i] = 0.0
         return out
 
-    def weighed_anew(self) -> Linear:
-        """The same columns under weights that settle from the start."""
-        o = self.observation
-        return self._weighed(weights(self.found, o.ignored, None, o.balance, self.weights.beyond))
-
     def without_axes(self, axes: AbstractSet[str]) -> Linear:
         """The same columns where further axes do not count. The others weigh what they did: around what was found there
         is little left to measure weights by."""
@@ -168,14 +163,14 @@ class Linear:
     def _weighed(self, weighed: Weights) -> Linear:
         return replace(self, weights=weighed, sums=gathered(self.found, weighed, self.observation.blocks))
 
-    def weighed_beside(self, columns: Sequence[int]) -> Linear:
+    def weighed_beside(self, columns: Sequence[int] | None = None) -> Linear:
         """The same where all that these columns leave is noise: an axis on which a file fails that is taken as it is,
-        says little of them."""
-        beside = [0, *(1 + c for c in columns)]
-        parts = [replace(s, values=s.values[:, beside]) for s in self.found]
+        says little of them. columns: all where not given."""
+        parts = self.found
+        if columns is not None:
+            parts = tuple(replace(s, values=s.values[:, [0, *(1 + c for c in columns)]]) for s in self.found)
         o = self.observation
-        weighed = weights(parts, o.ignored, None, o.balance, self.weights.beyond)
-        return replace(self, weights=weighed, sums=gathered(self.found, weighed, self.observation.blocks))
+        return self._weighed(weights(parts, o.ignored, None, o.balance, self.weights.beyond))
 
     def moved(self, point: Sequence[Member]) -> Linear | None:
         """The same columns around another point, at which the model itself is computed; None where it cannot be.
@@ -224,9 +219,7 @@ class Linear:
 
     def labelled(self, labels: Sequence[str]) -> tuple[int, ...]:
         """The choices with these labels, the first of each."""
-        first: dict[str, int] = {}
-        for i, c in enumerate(self.choices):
-            first.setdefault(c.label, i)
+        first = firsts(c.label for c in self.choices)
         return tuple(first[label] for label in labels)
 
     def _numbers(self, members: Sequence[Member]) -> Array:

@@ -28,15 +28,11 @@ def searched(
     exchanged.
     """
     every = [i for i, c in enumerate(now.choices) if np.isfinite(c.price) and c.label not in barred]
-    if start is None or scales is None:
-        tried = [(now.scorer(s).search(MOST, every, beam=_NARROW, exhaustive=1), s) for s in now.scales]
-        first, common = max(tried, key=lambda pair: pair[0].score)
-        scales = scaled(now, first.chosen, common.common)
-        solution = now.scorer(scales).search(MOST, every)
-    else:
-        near = [s for s in now.scales if 0.1 < s.common / scales.common < 10.0]
-        tried = [(now.scorer(s).search(2, every, start, beam=_NARROW, exhaustive=1), s) for s in near]
-        first, common = max(tried, key=lambda pair: pair[0].score)
-        scales = scaled(now, first.chosen, common.common)
-        solution = now.scorer(scales).search(2, every, first.chosen, exhaustive=1)
+    anew = start is None
+    near = [s for s in now.scales if scales is None or 0.1 < s.common / scales.common < 10.0]
+    most = MOST if anew else 2
+    tried = [(now.scorer(s).search(most, every, start or (), 1, _NARROW), s) for s in near]
+    first, common = max(tried, key=lambda pair: pair[0].score)
+    scales = scaled(now, first.chosen, common.common)
+    solution = now.scorer(scales).search(most, every, *(((), 2) if anew else (first.chosen, 1)))
     return solution.chosen, scales, solution

@@ -66,11 +66,9 @@ class Fit:
         """What scores sets beside files from exact to ten times ordinary, kinds as far apart as beside this one."""
         if self.scales.common == 0.0 or self.linear.observation.healthy is not None:
             return (self.scorer,)
-        every = {s.common: self.scales.times(s.common / self.scales.common) for s in self.linear.scales}
-        return tuple(
-            self.scorer if common == self.scales.common else self.linear.scorer(s, self.held)
-            for common, s in every.items()
-        )
+        own = self.scales.common
+        others = {x.common: self.scales.times(x.common / own) for x in self.linear.scales}
+        return tuple(self.scorer if x == own else self.linear.scorer(s, self.held) for x, s in others.items())
 
     def log_probability(self, sets: Sequence[tuple[int, ...]]) -> Array:
         """Of sets of choices, (n,), nats up to a constant, however far the file is off: what is sure beside one that is
@@ -92,10 +90,6 @@ class Fit:
         """Its score where the numbers are that its model was made linear around, not where that leads."""
         return self.solution.score - 0.5 * max(self.gain_left, 0.0)
 
-    def may_fall(self, share: float) -> bool:
-        """Whether the error would still fall by more than a share of what the solution leaves."""
-        return self.gain_left > share * self.linear.absent.whole_error(self.solution.theta)
-
     @cached_property
     def gain_left(self) -> float:
         """By how much the weighted squared error would still fall from where the model is to the solution's numbers.
@@ -114,9 +108,7 @@ class Fit:
         return self.linear.members(self.chosen, numbers, shift=LOOSE)
 
     def error(self, theta: Array) -> Array:
-        """Weighted squared error (axes, blocks) with numbers theta (p,), or (folds, p): each fold under its own."""
+        """Weighted squared error (axes, blocks) with numbers theta (folds, p), each fold under its own."""
         sums = self.linear.absent
-        if theta.ndim == 1:
-            return sums.error(theta)
         folds = np.unique(sums.fold)
         return sums.error(theta[np.searchsorted(folds, sums.fold)])

@@ -202,16 +202,21 @@ class Scorer:
 
         weight: of what is known of the numbers, against the data.
         """
+        file, known, gram = self._together(part, columns, weight)
+        found = _solve(gram, part[0, 1:][np.concatenate([file, columns])])
+        off = found[: len(file)]
+        new, beside = np.zeros(len(self.spike)), np.zeros(len(self.spike))
+        new[columns], beside[file] = found[len(file) :], off
+        return new, float(off @ known @ off), beside
+
+    def _together(self, part: Array, columns: NDArray, weight: float) -> tuple[NDArray, Array, Array]:
+        """Columns (f,) of what is known, how exactly (f, f), and products (f + c, f + c) with it, then of `columns`."""
         file = np.flatnonzero(self.spike > 0)
         both = np.concatenate([file, columns])
         known = _inverse(self.prior[np.ix_(file, file)])
         precision = np.eye(len(both)) / SLAB**2
         precision[: len(file), : len(file)] = weight * known
-        found = _solve(part[1:, 1:][np.ix_(both, both)] + precision, part[0, 1:][both])
-        off = found[: len(file)]
-        new, beside = np.zeros(len(self.spike)), np.zeros(len(self.spike))
-        new[columns], beside[file] = found[len(file) :], off
-        return new, float(off @ known @ off), beside
+        return file, known, part[1:, 1:][np.ix_(both, both)] + precision
 
     def search(
         self, most: int, open_to: Iterable[int], start: tuple[int, ...] = (), exhaustive: int = 2, beam: int = BEAM
@@ -274,13 +279,9 @@ class Scorer:
         """
         columns = np.array(self._columns(chosen), dtype=int)
         new = np.array([self._split(part, columns, 1.0)[0] for part in self.parts])
-        both = np.concatenate([np.flatnonzero(self.spike > 0), columns])
-        precision = np.eye(len(both)) / SLAB**2
-        count = len(both) - len(columns)
-        precision[:count, :count] = _inverse(self.prior[np.ix_(both[:count], both[:count])])
-        gram = self.parts[0][1:, 1:][np.ix_(both, both)] + precision
+        file, _, gram = self._together(self.parts[0], columns, 1.0)
         error = np.zeros(len(self.spike))
-        error[columns] = np.sqrt(np.diag(_solve(gram, np.eye(len(both))))[count:])
+        error[columns] = np.sqrt(np.diag(_solve(gram, np.eye(len(gram))))[len(file) :])
         new = np.clip(new, self.low, self.high)
         return new[0], new[1:], error
 

@@ -6,7 +6,7 @@ made linear again around what was found (Gauss and Newton), file numbers include
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 
@@ -21,12 +21,10 @@ from infotraj.diagnosis.select.choosing import searched
 from infotraj.diagnosis.select.fit import LOOSE, Fit
 from infotraj.diagnosis.select.prior import Scales, is_file_number
 from infotraj.diagnosis.select.scaling import scaled
-from infotraj.diagnosis.select.score import Solution
 from infotraj.progress import pieces, reached
 
 _ROUNDS = 5
 _SETTLED = 1.0  # weighted squared error by which a last step may still fall
-_FAR = 0.1  # of the error, by which it may still fall where rounds ran out: with more the numbers are not found yet
 _HALVES = 5
 _CHEAP = 6  # steps with the columns that there are, for one that makes them anew
 _ALIKE = 0.1  # of what a step promised may be promised again beside columns that are as good as new ones
@@ -53,25 +51,21 @@ class Search:
         if like is None:
             found = self._anew(self._from(Fit(now, *searched(now), self.known)))
         else:
-            again = searched(now, now.labelled(like.labels), like.scales)
-            found = self._from(Fit(now, *again, self.known, exact=like.exact))
+            begun = replace(like, linear=now, chosen=now.labelled(like.labels), known=self.known, held=None)
+            found = self._from(self._searched(begun))
         reached("bounds")
-        best = max((found, *self._partnered(found)), key=lambda f: f.worth)
-        return self._within(found if best is found else self._settled(best, best.labels, 3 * _ROUNDS, False))
+        return self._within(found)
 
     def _from(self, made: Fit) -> Fit:
         """The best set, from a fit on: made linear around it and searched again until it settles."""
-        self._say(made.linear, made.chosen, made.scales, made.solution)
+        self._say(made)
         if made.exact:
             return self._climbed(made)
         for k in range(_ROUNDS):
             reached("searching", k, _ROUNDS)
-            now = self._stepped(made)
-            before = made.labels
-            made = replace(made, linear=now)
-            chosen, scales, solution = searched(now, now.labelled(before), made.scales, self.barred.keys())
-            made = replace(made, chosen=chosen, scales=scales, solution=solution)
-            self._say(now, chosen, scales, solution)
+            now, before = self._stepped(made), made.labels
+            made = self._searched(replace(made, linear=now, chosen=now.labelled(before)))
+            self._say(made)
             if set(before) == set(made.labels) and made.gain_left < _SETTLED:
                 break
         return made
@@ -84,11 +78,9 @@ class Search:
         made = self._settled(made, made.labels, _ROUNDS, True)
         for k in range(_ROUNDS):
             reached("searching anew", 2 + k, 2 + _ROUNDS)
-            now = made.linear
-            chosen, scales, solution = searched(now, made.chosen, made.scales, self.barred.keys())
-            other = replace(made, chosen=chosen, scales=scales, solution=solution)
+            other = self._searched(made)
             other = self._settled(other, other.labels, _ROUNDS, True)
-            self._say(other.linear, other.chosen, other.scales, other.solution)
+            self._say(other)
             if other.worth < made.worth + _SETTLED:
                 break
             made = other
@@ -109,12 +101,9 @@ class Search:
         fresh = linearised(self.observation, point, self.known, like=now, anew=True)
         reached("searching anew", 1, 2 + _ROUNDS)
         kept = replace(self._at(made, made.labels, fresh), exact=True)
-        chosen, scales, solution = searched(fresh, kept.chosen, made.scales, self.barred.keys())
-        other = replace(kept, chosen=chosen, scales=scales, solution=solution)
         # What the linear model promises of another set is not yet what the model makes of it.
-        return self._from(
-            max((self._settled(f, f.labels, _ROUNDS, True) for f in (kept, other)), key=lambda f: f.worth)
-        )
+        tried = (self._settled(f, f.labels, _ROUNDS, True) for f in (kept, self._searched(kept)))
+        return self._from(max(tried, key=lambda f: f.worth))
 
     def _within(self, made: Fit) -> Fit:
         """The best set of which no number ends at a physical bound: what needs that stands for something else.
@@ -122,8 +111,6 @@ class Search:
         Of several at a bound the one goes that is worth least; what it stood for is searched anew.
         """
         while True:
-            if made.may_fall(_FAR):
-                made = self._settled(made, made.labels, 3 * _ROUNDS, False)
             inside = {m.candidate.label for m in made.members if not m.held}
             ended = {k: v for k, v in beyond_bounds(made.members, self.observation.vehicle).items() if k in inside}
             if not ended:
@@ -131,8 +118,7 @@ class Search:
             sets = {x: tuple(i for i in made.chosen if made.linear.choices[i].label != x) for x in ended}
             least = list(ended)[int(np.argmax(made.scorer.scores(list(sets.values()))))]
             self.barred[least] = ended[least]
-            chosen, scales, solution = searched(made.linear, sets[least], made.scales, self.barred.keys())
-            made = self._from(replace(made, chosen=chosen, scales=scales, solution=solution))
+            made = self._from(self._searched(replace(made, chosen=sets[least])))
 
     def hold_parts(self, members: Sequence[Member], ended: Mapping[str, str]) -> bool:
         """Has numbers of a vector that end at a bound stay absent from here on, where others of it do not; whether any.
@@ -152,32 +138,6 @@ class Search:
         """The same set without the numbers that stay absent."""
         now = replace(made.linear, observation=self.observation)
         return self.fitted(made.labels, replace(made, linear=now), go_on=True)
-
-    def _partnered(self, found: Fit) -> Iterator[Fit]:
-        """The same with what an effect acts beside exchanged, under the same weights: its columns are made anew.
-
-        An exchange that is worth less than the set without that effect is left.
-        """
-        names = {m.candidate.name for m in found.members}
-        tried: set[frozenset[str]] = set()
-        for m in found.members:
-            partners = [x for x in found.members if x.candidate.name in m.candidate.cls.beside and not x.held]
-            others = [
-                c for c in self.known if c.name in set(m.candidate.cls.beside) - names and c.label not in self.barred
-            ]
-            rest = tuple(i for i in found.chosen if found.linear.choices[i].label != m.candidate.label)
-            for partner, other in product(partners, others) if not m.held else ():
-                labels = [other.label if x == partner.candidate.label else x for x in found.labels]
-                if frozenset(labels) in tried:
-                    continue
-                tried.add(frozenset(labels))
-                made = self.fitted(labels, found)
-                if made.worth < float(found.scorer.scores([rest])[0]):
-                    continue
-                chosen, scales, solution = searched(made.linear, made.chosen, made.scales, self.barred.keys())
-                self._say(made.linear, chosen, scales, solution)
-                settled = replace(made, chosen=chosen, scales=scales, solution=solution)
-                yield self._settled(settled, settled.labels, 1, True)
 
     def named(self, now: Linear, labels: Sequence[str]) -> Fit:
         """The effects that are asked for, whether these flights need them or not, fitted beside the file's numbers.
@@ -332,9 +292,14 @@ class Search:
         found = spectra(o.samples, o.transforms, binned(o.transforms, raw))
         return float(sum(np.sum(s.weighted(like.weights.of(k, s)) ** 2) for k, s in enumerate(found)))
 
-    def _say(self, now: Linear, chosen: tuple[int, ...], scales: Scales, solution: Solution) -> None:
-        labels = " + ".join(now.choices[i].label for i in chosen) or "nothing"
-        pieces("weighing", len(chosen))
-        pieces("naming", len(chosen))
+    def _searched(self, made: Fit) -> Fit:
+        """The best set in the linearisation of a fit, from its set on."""
+        chosen, scales, solution = searched(made.linear, made.chosen, made.scales, self.barred.keys())
+        return replace(made, chosen=chosen, scales=scales, solution=solution)
+
+    def _say(self, made: Fit) -> None:
+        labels, scales = " + ".join(made.labels) or "nothing", made.scales
+        pieces("weighing", len(made.chosen))
+        pieces("naming", len(made.chosen))
         kinds = "".join(f", {k} {v:g}" for k, v in scales.kinds.items())
-        self.trail.append(f"{labels}: {solution.score:.1f} nats, file off by {scales.common:g} times 1 %{kinds}")
+        self.trail.append(f"{labels}: {made.solution.score:.1f} nats, file off by {scales.common:g} times 1 %{kinds}")

@@ -50,7 +50,7 @@ def swung(now: Linear, known: Sequence[Candidate]) -> Linear:
     found = linearised(now.observation, now.point, known, more, like=now)
     # Weighed anew: where a column appears that explains an axis, its error is noise no more. What healthy flights leave
     # unexplained stays noise.
-    return found if now.observation.healthy is not None else found.weighed_anew()
+    return found if now.observation.healthy is not None else found.weighed_beside()
 
 
 def _scanned(now: Linear, candidate: Candidate, shape: int) -> Variant | None:
