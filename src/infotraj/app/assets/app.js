@@ -15,9 +15,9 @@
       .catch(() => null);
     if (!reply) { say("The server does not answer. Is it still running?"); return null; }
     const found = await reply.json();
-    if (!reply.ok) { say(found.error); return null; }
+    if (!reply.ok) say(found.error);
     await refresh();
-    return found;
+    return reply.ok ? found : null;
   }
   async function refresh() {
     clearTimeout(timer);
