@@ -1,5 +1,6 @@
 """What the page looks at by itself, in which order, and what ends it."""
 
+import re
 import shutil
 from pathlib import Path
 
@@ -52,4 +53,33 @@ def test_a_diagnosis_goes_before_looking_at_files(server, chromium):
     expect(tab.locator("#step")).to_contain_text("diagnosis running", timeout=60000)
     expect(tab.locator("#diagnose")).to_be_disabled()
     assert tab.locator("#files").get_by_text("not looked at").count() >= 1
+    tab.close()
+
+
+def test_a_model_that_cannot_be_read_is_told_at_once_and_no_other_one_replaces_what_was_chosen(server, chromium):
+    from playwright.sync_api import expect
+
+    right = (QUAD / "vehicle.yaml").read_text()
+    (server.folder / "a.yaml").write_text(re.sub(r"(?m)^mass: .*", "mass: -1", right))
+    (server.folder / "saved.yaml").write_text("vehicle: vehicle.yaml\neffects: []\n")
+    (server.folder / "vehicle.yaml").write_text(right)
+    tab = chromium.new_page()
+    tab.goto(server.address)
+    chosen, said = tab.locator("#model"), tab.locator("#model-said")
+    # By default it is one that can be read, and one that was not saved by a diagnosis.
+    expect(said).to_contain_text("4 rotors", timeout=60000)
+    expect(chosen).to_have_value("vehicle.yaml")
+    assert chosen.locator("option").all_inner_texts() == ["vehicle.yaml", "saved.yaml", "a.yaml"]
+    chosen.select_option("a.yaml")
+    expect(said).to_contain_text("a.yaml: mass: Input should be greater than 0")
+    expect(tab.locator("#diagnose")).to_be_disabled()
+    # It stays chosen, and is read again as soon as it is mended.
+    (server.folder / "a.yaml").write_text(right)
+    expect(said).to_contain_text("4 rotors", timeout=60000)
+    expect(tab.locator("#diagnose")).to_be_enabled()
+    chosen.select_option("vehicle.yaml")
+    (server.folder / "0.yaml").write_text(right)
+    tab.reload()
+    expect(chosen.locator("option")).to_have_count(4)
+    expect(chosen).to_have_value("vehicle.yaml")
     tab.close()

@@ -5,9 +5,10 @@
   const held = JSON.parse(sessionStorage.getItem(location.pathname) || "{}");
   const [asked, healthy, wanted, looks] = [held.asked, held.healthy, held.wanted, held.looks].map((names) => new Set(names));
   const queue = held.queue || [], chosen = new Map();
+  let picked = held.picked;  // the model that the user chose
   window.addEventListener("pagehide", () => sessionStorage.setItem(location.pathname, JSON.stringify(
-    {asked: [...asked], healthy: [...healthy], wanted: [...wanted], looks: [...looks], queue})));
-  let state = null, shown = "", answered = null, failed = null, timer = null, against = null, sending = false, turn = 0;
+    {asked: [...asked], healthy: [...healthy], wanted: [...wanted], looks: [...looks], queue, picked})));
+  let state = null, shown = "", answered = null, failed = null, timer = null, against = null, knew = false, sending = false, turn = 0;
   const steps = ["reading and checking", "diagnosing", "computing where it fails", "report.html"];
 
   function say(text) { byId("error").textContent = text || ""; byId("error").hidden = !text; }
@@ -51,6 +52,7 @@
     return !said || (said.model !== model() && state.listed.some((f) => f.name === name && f.kind === "flight"));
   }
   const model = () => byId("model").value || null;
+  const bad = (name) => (state.files[name] || {}).outcome === "rejected";
   const running = () => state && state.job && state.job.state === "running";
 
   function cell(row, ...parts) { const td = document.createElement("td"); td.append(...parts); row.append(td); }
@@ -115,8 +117,11 @@
       if (state.listed.some((f) => f.name === made && f.kind === "flight") && !healthy.has(made)) asked.add(made);
     }
   }
-  // What is ticked, or will be once it is usable, is looked at for the model that is chosen.
+  // The model that is chosen is looked at, again when its file changes; for it what is ticked, or will be once it is usable.
   function recheck() {
+    const known = Boolean(state.files[model()]);
+    if (model() && !known && (knew || model() !== against)) looks.add(model());
+    knew = known;
     if (model() === against) return;
     against = model();
     for (const set of [asked, healthy, wanted]) for (const {name, kind} of state.listed) if (kind === "flight" && set.has(name)) looks.add(name);
@@ -163,21 +168,24 @@
     drawAll(able.filter((name) => !healthy.has(name)));
     if (focused) { const again = document.querySelector(`[aria-label="${CSS.escape(focused)}"]`); if (again) again.focus(); }
     const select = byId("model"), before = select.value;
-    const models = state.listed.filter((f) => f.kind === "model" && (state.files[f.name] || {}).outcome !== "rejected").map((f) => f.name);
-    select.replaceChildren(...models.map((name) => { const o = document.createElement("option"); o.value = o.textContent = name; return o; }));
-    if (models.includes(before)) select.value = before;
+    // First vehicle files, then those with effects, such as were saved here, at last what cannot be read.
+    const rank = (file) => bad(file.name) ? 2 : file.effects ? 1 : 0;
+    const models = state.listed.filter((f) => f.kind === "model").sort((a, b) => rank(a) - rank(b)).map((f) => f.name);
+    select.replaceChildren(...models.map((name) => new Option(name, name)));
+    if (models.length) select.value = models.find((n) => n === picked) || models.find((n) => n === before && !bad(n)) || models[0];
   }
   function draw() {
     byId("folder").textContent = state.folder;
     drawFiles();
     recheck();
-    const said = state.files[byId("model").value];
+    const said = state.files[model()];
     byId("model-said").textContent = said ? said.report : "";
+    byId("model-said").classList.toggle("rejected", bad(model()));
     const job = state.job;
     // No one waits until all files are looked at: what is asked for comes first.
     const busy = (running() && job.kind !== "check") || queue.some(([what]) => what !== "check");
     byId("cancel").disabled = !running() && !queue.length && !looks.size;
-    byId("diagnose").disabled = busy;
+    byId("diagnose").disabled = busy || bad(model());
     byId("save").disabled = busy || !(state.answer && !state.answer.reference);
     byId("record").disabled = busy;
     byId("design").disabled = busy;
@@ -272,7 +280,7 @@
     upload([...event.target.files].map((file) => ({folder: file.webkitRelativePath.split("/").slice(0, -1).join("/"), file})));
     event.target.value = "";
   });
-  byId("model").addEventListener("change", refresh);
+  byId("model").addEventListener("change", () => { picked = model(); draw(); refresh(); });
   byId("diagnose").addEventListener("click", () => {
     const there = new Set(state.listed.map((f) => f.name)), kept = (set) => [...set].filter((n) => there.has(n));
     ask("diagnose", {flights: kept(asked), healthy: kept(healthy)});
