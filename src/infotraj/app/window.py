@@ -20,9 +20,11 @@ _MOST_FLIGHTS = 100
 _PLAIN = re.compile(r"[0-9.x]{1,30}")  # sizes, as the command reads them
 _UNKNOWN: dict[str, Any] = {
     "fix": [],
+    "kind": None,
     "mapping": None,
     "mappings": [],
     "model": None,
+    "reads": [],
 }  # of a file of which that was not said
 
 

@@ -4,7 +4,7 @@
   // What a reload of the page does not end. looks: what is to be looked at; queue: what was asked for by hand.
   const held = JSON.parse(sessionStorage.getItem(location.pathname) || "{}");
   const [asked, healthy, wanted, looks] = [held.asked, held.healthy, held.wanted, held.looks].map((names) => new Set(names));
-  const queue = held.queue || [], chosen = new Map();
+  const queue = held.queue || [], chosen = new Map(), met = new Set();  // met: mappings that are to be looked at
   let picked = held.picked;  // the model that the user chose
   window.addEventListener("pagehide", () => sessionStorage.setItem(location.pathname, JSON.stringify(
     {asked: [...asked], healthy: [...healthy], wanted: [...wanted], looks: [...looks], queue, picked})));
@@ -88,17 +88,25 @@
     made.addEventListener("click", action);
     return made;
   }
-  // A log that no mapping made usable: another one, shipped or of the folder.
+  // A log that no mapping made usable: another one of its kind, of the folder or shipped; at last those not yet looked at.
   function mappings(file, said) {
     const label = document.createElement("label"), select = document.createElement("select");
-    const own = state.listed.filter((f) => f.kind === "mapping").map((f) => f.name);
-    for (const name of [...own, ...said.mappings]) select.append(new Option(name, name));
+    const own = state.listed.filter((f) => f.kind === "mapping").map((f) => f.name), unread = own.filter((name) => !state.files[name]);
+    for (const name of own) {
+      if (!unread.includes(name)) met.delete(name);
+      else if (!met.has(name)) { met.add(name); looks.add(name); }
+    }
+    const fit = own.filter((name) => state.files[name] && (state.files[name].reads.includes(said.kind) || chosen.get(file.name) === name));
+    for (const name of [...fit, ...said.mappings, ...unread]) select.append(new Option(name, name));
     if (chosen.has(file.name)) select.value = chosen.get(file.name);
     select.addEventListener("change", () => chosen.set(file.name, select.value));
     select.setAttribute("aria-label", `Mapping of ${file.name}`);
     label.append("Read it by the mapping ", select);
     const line = document.createElement("p");
-    line.append(label, " ", button("Import", file.name, () => ask("check", {name: file.name, mapping: select.value})));
+    line.append(label, " ", button("Import", file.name, () => {
+      chosen.set(file.name, select.value);
+      ask("check", {name: file.name, mapping: select.value});
+    }));
     return line;
   }
   function remedy(file, said) {
