@@ -177,9 +177,19 @@ def test_a_room_is_numbers_and_no_option(tmp_path, box, seconds):
     window = Window("key", Folder(tmp_path, tmp_path / "work"))
     window.asked = {"model": Path("vehicle.yaml"), "flights": [], "reference": False}
     window.answer = {"number": 1, "summary": "", "boxes": [], "reference": False}
-    with pytest.raises(UsageError, match="no room"):
+    with pytest.raises(UsageError, match=r"no room; expected three|no flight time; expected a positive"):
         window.design(box, seconds)
     assert window.job is None
+
+
+@pytest.mark.parametrize("seconds", ["-3", "0", "nan", "inf", "soon"])
+def test_a_flight_time_is_positive(tmp_path, seconds):
+    (tmp_path / "work").mkdir()
+    window = Window("key", Folder(tmp_path, tmp_path / "work"))
+    window.asked = {"model": Path("vehicle.yaml"), "flights": [], "reference": False}
+    window.answer = {"number": 1, "summary": "", "boxes": [], "reference": False}
+    with pytest.raises(UsageError, match="no flight time; expected a positive time"):
+        window.design("2x2x1", seconds)
 
 
 def test_what_is_not_ticked_is_not_saved(tmp_path, monkeypatch):
@@ -200,6 +210,12 @@ def test_what_is_not_ticked_is_not_saved(tmp_path, monkeypatch):
     window.save("all.yaml", ["rotor_effectiveness 2", "mass_offset"])
     assert (tmp_path / "all.yaml").read_text() == "both"
     assert len(started) == 1
+    # A name without a suffix is given one; without a name nothing is written.
+    window.save("evil", ["rotor_effectiveness 2", "mass_offset"])
+    assert window.note == "evil.yaml is written"
+    for name, said in (("", "a model without a name"), (None, "a model without a name"), ("evil.txt", ".txt")):
+        with pytest.raises(UsageError, match=said):
+            window.save(name, ["rotor_effectiveness 2", "mass_offset"])
 
 
 def test_a_safe_name_has_one_of_the_suffixes(tmp_path):

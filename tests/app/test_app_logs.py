@@ -10,6 +10,7 @@ import pytest
 import yaml
 from flights_made import made_flight
 from writers_crazyflie import floats, micro_sd
+from writers_ulog import write_ulog
 
 from infotraj.flight import read_flight
 
@@ -117,7 +118,7 @@ def test_a_log_that_is_not_recognised_is_given_a_mapping_mended_and_asked(server
     expect(row.locator("pre")).to_contain_text("no known layout", timeout=60000)
     # A mapping of the folder comes first; it is no model.
     choice = row.get_by_label("Mapping of board.csv")
-    assert choice.locator("option").all_inner_texts()[0] == "board.yaml"
+    expect(choice.locator("option").first).to_have_text("board.yaml", timeout=60000)
     assert "euroc" in choice.locator("option").all_inner_texts()
     assert "px4_ulog" not in choice.locator("option").all_inner_texts()
     assert tab.locator("#model option").all_inner_texts() == ["vehicle.yaml"]
@@ -147,6 +148,28 @@ def test_a_log_that_is_not_recognised_is_given_a_mapping_mended_and_asked(server
     assert saved["extends"] == "board.yaml"
     assert saved["set"]["rate"]["scale"] == pytest.approx(0.0174533)
     assert read_flight(server.folder / "board-fixed.parquet").table["wx"].abs().max() < 10.0
+
+
+def test_a_log_is_offered_mappings_that_read_its_kind(server, chromium):
+    from playwright.sync_api import expect
+
+    write_ulog(made_flight(3.0), server.folder / "x.ulg")
+    shutil.copy(QUAD / "log/board.yaml", server.folder)
+    (server.folder / "mine.yaml").write_text("extends: px4_ulog\n")
+    window = server.window()
+    assert server.act(window, "check", name="x.ulg", mapping="board.yaml")[0] == 200
+    found = server.finished(window)["files"]["x.ulg"]
+    assert (found["outcome"], found["kind"]) == ("rejected", "ulog")
+    tab = chromium.new_page()
+    tab.goto(server.address)
+    choice = tab.get_by_label("Mapping of x.ulg")
+    # Of those of the folder it is not known at once what they read.
+    expect(choice.locator("option").first).to_have_text("mine.yaml", timeout=60000)
+    expect(choice.get_by_text("board.yaml")).to_have_count(0)
+    expect(choice).to_have_value("mine.yaml")
+    assert choice.locator("option").all_inner_texts()[1:] == found["mappings"]
+    assert "px4_ulog" in found["mappings"]
+    tab.close()
 
 
 @pytest.mark.long

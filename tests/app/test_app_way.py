@@ -66,6 +66,7 @@ def test_the_whole_way_from_a_dropped_log_to_a_saved_model(server, chromium, tmp
     tab.locator("#save").click()
     expect(tab.locator("#error")).to_contain_text("Nothing is ticked", timeout=60000)
     frame.locator("#falls-box-0").check()
+    tab.locator("#new-name").fill("improved")
     tab.locator("#save").click()
     expect(tab.locator("#note")).to_have_text("improved.yaml is written")
     model = yaml.safe_load((server.folder / "improved.yaml").read_text())
@@ -80,7 +81,13 @@ def test_the_whole_way_from_a_dropped_log_to_a_saved_model(server, chromium, tmp
     assert "new.yaml" in sent
     # The next flight is designed in the room that is given; the report shows it, and no one takes it for a flight.
     (server.folder / "next.csv").write_text("t,ref_px,mine\n")
+    # What was said of the last file goes when the next thing is refused.
     tab.locator("#box").fill("1x1x0.5")
+    tab.locator("#seconds").fill("-3")
+    tab.locator("#design").click()
+    expect(tab.locator("#error")).to_contain_text("expected a positive time in s")
+    expect(tab.locator("#note")).to_be_empty()
+    complaints.clear()  # the browser's own word for what the server refuses
     tab.locator("#seconds").fill("8")
     tab.locator("#design").click()
     expect(tab.locator("#note")).to_contain_text("next-2.csv is written", timeout=120000)
@@ -129,7 +136,10 @@ def test_two_windows_run_at_once_and_one_is_cancelled(server):
     assert status == 400
     assert "still running" in said["error"]
     assert server.finished(second)["files"]["flight_1.parquet"]["outcome"] == "passed"
-    assert server.act(first, "cancel")[0] == 200
+    status, said = server.act(first, "cancel")
+    assert status == 200
+    assert said["job"]["state"] == "cancelled"
+    assert said["job"]["seconds"] > 0.0  # it has not gone yet
     state = server.finished(first)
     assert state["job"]["state"] == "cancelled"
     assert state["answer"] is None

@@ -23,6 +23,7 @@ _WORK = ".infotraj_app-"
 _LONGEST = 100
 _PARTS = {".mcap", ".db3"}  # of a ROS 2 bag
 _MAPPING = re.compile(r"^(?:streams|extends)\s*:", re.MULTILINE)  # what no vehicle and no model file says
+_EFFECTS = re.compile(r"^effects\s*:", re.MULTILINE)  # what no vehicle file says
 _REFERENCE = b"t,ref_px,"
 _PEEK = 65536
 HEAD = 64  # bytes that tell a log
@@ -37,8 +38,17 @@ class Folder:
     seen: dict[str, tuple[object, Mapping[str, Any]]] = field(default_factory=dict)
 
     def listed(self) -> list[dict[str, object]]:
-        """What can be chosen: its path in DIR, `flight`, `log`, `model` or `mapping`, and its size; by name."""
-        rows = [{"name": p.relative_to(self.top).as_posix(), "kind": k, "size": _size(p)} for p, k in self._files()]
+        """What can be chosen: its path in DIR, `flight`, `log`, `model` or `mapping`, its size, and whether it is a
+        model with effects, not a vehicle file; by name."""
+        rows = [
+            {
+                "name": p.relative_to(self.top).as_posix(),
+                "kind": k,
+                "size": _size(p),
+                "effects": k == "model" and _says(p, _EFFECTS),
+            }
+            for p, k in self._files()
+        ]
         return sorted(rows, key=lambda row: str(row["name"]))
 
     def _files(self) -> Iterator[tuple[Path, str]]:
@@ -184,10 +194,15 @@ def _plain(name: str) -> str:
 
 
 def is_mapping(path: Path) -> bool:
-    """Whether a YAML file says what a mapping says: by its text, without reading it as YAML."""
+    """Whether a YAML file says what a mapping says."""
+    return _says(path, _MAPPING)
+
+
+def _says(path: Path, what: re.Pattern[str]) -> bool:
+    """By its text, without reading it as YAML."""
     try:
         with open(path, errors="replace") as file:
-            return _MAPPING.search(file.read(_PEEK)) is not None
+            return what.search(file.read(_PEEK)) is not None
     except OSError:
         return False
 

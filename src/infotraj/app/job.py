@@ -27,7 +27,8 @@ class Job:
         self.state = "running"  # then done, failed or cancelled
         self.said: list[str] = []
         self.printed: list[str] = []
-        self.begun, self.ended = time.monotonic(), 0.0
+        self.begun = time.monotonic()
+        self.ended: float | None = None
         self.process: asyncio.subprocess.Process | None = None
         self.task: asyncio.Task[None] | None = None
 
@@ -51,7 +52,8 @@ class Job:
 
     def shown(self) -> dict[str, Any]:
         """For the page."""
-        until = time.monotonic() if self.state == "running" else self.ended
+        # One that is cancelled goes on for a moment.
+        until = time.monotonic() if self.ended is None else self.ended
         return {"kind": self.kind, "state": self.state, "said": self.said[-20:], "seconds": until - self.begun}
 
     async def _run(self, environment: Mapping[str, str]) -> None:

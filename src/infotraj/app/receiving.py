@@ -26,9 +26,9 @@ def received(path: Path, mapping: str | None = None, model: Path | None = None) 
     mapping: a shipped one by its name, or a file of the working directory; None: the one that is recognised. model: of
     the vehicle that flew; None, or one that cannot be read: any vehicle.
     Gives name: the flight or model that can be used, None where there is none; outcome, report: for people; fix: what
-    the findings say to set, empty where no setting would mend them; mapping, as given; mappings: the shipped ones that
-    read this kind of log, where the log was not usable by the mapping that it was read with; model: the one that the
-    log was held against, or None.
+    the findings say to set, empty where no setting would mend them; mapping, as given; kind, mappings: of a log that
+    was not usable by the mapping that it was read with, and the shipped ones that read this kind; model: the one that
+    the log was held against, or None; reads: of a mapping, the kinds of log that it reads.
     """
     if path.suffix.lower() in (".yaml", ".yml"):
         return _mapping(path) if is_mapping(path) else _model(path)
@@ -41,7 +41,7 @@ def received(path: Path, mapping: str | None = None, model: Path | None = None) 
     try:
         (check,) = check_logs([path], mapping, vehicle)
     except UsageError as error:  # of the mapping; another may do
-        return {**_refused(error), "mappings": _readers(path)}
+        return _refused(error) | _readers(path)
     found: dict[str, Any] = {
         "name": str(path),
         "outcome": check.outcome,
@@ -51,7 +51,7 @@ def received(path: Path, mapping: str | None = None, model: Path | None = None) 
     found["model"] = str(model) if vehicle is not None else None
     found["fix"] = [s for f in check.findings if f.counts != "note" for s in f.settings]
     if check.outcome == "rejected":
-        return found | {"name": None, "mappings": [] if is_table else _readers(path)}
+        return found | {"name": None} | ({} if is_table else _readers(path))
     if is_table:
         return found
     target = _imported(path, mapping)
@@ -142,8 +142,8 @@ def _claimed(log: Path, ending: str, *suffixes: str) -> list[Path]:
         return made
 
 
-def _readers(path: Path) -> list[str]:
-    """The shipped mappings for this kind of log; none for what cannot be opened, which no mapping mends."""
+def _readers(path: Path) -> dict[str, Any]:
+    """The kind of a log, and the shipped mappings for it; nothing for what cannot be opened, which no mapping mends."""
     from infotraj.importing import shipped
     from infotraj.importing.explain import inventory
     from infotraj.importing.opening import kind_of
@@ -152,8 +152,8 @@ def _readers(path: Path) -> list[str]:
         kind = kind_of(path)
         inventory(path)
     except InputError:
-        return []
-    return [name for name, mapping in shipped().items() if kind in mapping.reads]
+        return {}
+    return {"kind": kind, "mappings": [name for name, mapping in shipped().items() if kind in mapping.reads]}
 
 
 def _require_inside(mapping: str | None) -> None:
@@ -188,7 +188,7 @@ def _mapping(path: Path) -> dict[str, Any]:
     _require_inside(str(path))
     mapping = load_mapping(path)
     said = f"mapping {mapping.name}, for {', '.join(mapping.reads)}"
-    return {"name": str(path), "outcome": "passed", "report": said}
+    return {"name": str(path), "outcome": "passed", "report": said, "reads": list(mapping.reads)}
 
 
 def _model(path: Path) -> dict[str, Any]:

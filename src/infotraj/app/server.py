@@ -150,6 +150,8 @@ class Action(Handler):
         lists = {k: body.get(k) or [] for k in ("flights", "healthy", "effects")}
         if not all(isinstance(v, list) for v in lists.values()):
             raise tornado.web.HTTPError(400)
+        if what != "check":  # files are looked at while what was written is still being read
+            window.note = ""
         try:
             if what == "check":
                 window.receive(body.get("name"), body.get("mapping"), body.get("model"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import shutil
 from collections.abc import Mapping, Sequence
@@ -16,12 +17,14 @@ from infotraj.app.viewer import Viewer
 from infotraj.errors import UsageError, problem
 
 _MOST_FLIGHTS = 100
-_PLAIN = re.compile(r"[0-9.x]{1,30}")  # numbers, as the command reads them
+_PLAIN = re.compile(r"[0-9.x]{1,30}")  # sizes, as the command reads them
 _UNKNOWN: dict[str, Any] = {
     "fix": [],
+    "kind": None,
     "mapping": None,
     "mappings": [],
     "model": None,
+    "reads": [],
 }  # of a file of which that was not said
 
 
@@ -147,7 +150,9 @@ class Window:
         """Writes the model with these effects, labels of the answer, to a new file of the folder."""
         if self.answer is None or self.asked is None or self.answer["reference"]:
             raise UsageError(problem("nothing to save", "a diagnosis without healthy flights", "Diagnose first."))
-        target = self.folder.free(safe_name(str(name), MODELS))
+        if not name:
+            raise UsageError(problem("a model without a name", "one such as improved.yaml", "Give it one."))
+        target = self.folder.free(safe_name(f"{name}{'' if Path(str(name)).suffix else MODELS[0]}", MODELS))
         every = [label for box in self.answer["boxes"] for label in box]
         labels = [label for label in every if label in effects]
         if not labels or len(labels) != len(effects):
@@ -179,8 +184,10 @@ class Window:
         """
         if self.answer is None or self.asked is None or self.answer["reference"]:
             raise UsageError(problem("nothing to design for", "a diagnosis without healthy flights", "Diagnose first."))
-        if not all(_PLAIN.fullmatch(str(x)) for x in (box, seconds)):
-            raise UsageError(problem("no room", "three sizes in m such as 2x2x1, and a time in s", "Correct them."))
+        if not _PLAIN.fullmatch(str(box)):
+            raise UsageError(problem("no room", "three sizes in m such as 2x2x1", "Correct it."))
+        if not _is_time(str(seconds)):
+            raise UsageError(problem("no flight time", "a positive time in s, such as 20", "Correct it."))
         inside, made = self.work.relative_to(self.folder.top), self.work / "design.json"
         words = ["-m", "infotraj.cli", "design", _word(self.asked["model"]), "-o", str(inside / "next.csv")]
         words += ["--flown", *map(_word, self.asked["flights"]), "--json", str(inside / "design.json")]
@@ -233,7 +240,6 @@ class Window:
     def _start(self, job: Job) -> None:
         if self.job is not None and self.job.state == "running":
             raise UsageError(problem(f"the {self.job.kind} is still running", "one at a time", "Wait, or cancel it."))
-        self.note = ""
         self.job = job.start(self.environment)
 
     def _close_viewer(self) -> None:
@@ -245,6 +251,14 @@ class Window:
 def _word(path: Path) -> str:
     """A path of the folder as a word that no command takes for an option."""
     return f"./{path}" if str(path).startswith("-") else str(path)
+
+
+def _is_time(text: str) -> bool:
+    """A positive number, and no option."""
+    try:
+        return 0.0 < float(text) < math.inf
+    except ValueError:
+        return False
 
 
 def _answer_of(job: Job) -> dict[str, Any]:

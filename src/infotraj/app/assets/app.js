@@ -1,8 +1,14 @@
 "use strict";
 (() => {
   const byId = (id) => document.getElementById(id);
-  const asked = new Set(), healthy = new Set(), wanted = new Set(), queue = [], chosen = new Map();
-  let state = null, shown = "", answered = null, failed = null, timer = null, against = null;
+  // What a reload of the page does not end. looks: what is to be looked at; queue: what was asked for by hand.
+  const held = JSON.parse(sessionStorage.getItem(location.pathname) || "{}");
+  const [asked, healthy, wanted, looks] = [held.asked, held.healthy, held.wanted, held.looks].map((names) => new Set(names));
+  const queue = held.queue || [], chosen = new Map(), met = new Set();  // met: mappings that are to be looked at
+  let picked = held.picked;  // the model that the user chose
+  window.addEventListener("pagehide", () => sessionStorage.setItem(location.pathname, JSON.stringify(
+    {asked: [...asked], healthy: [...healthy], wanted: [...wanted], looks: [...looks], queue, picked})));
+  let state = null, shown = "", answered = null, failed = null, timer = null, against = null, knew = false, sending = false, turn = 0;
   const steps = ["reading and checking", "diagnosing", "computing where it fails", "report.html"];
 
   function say(text) { byId("error").textContent = text || ""; byId("error").hidden = !text; }
@@ -11,25 +17,42 @@
   for (const kind of ["click", "change", "drop"]) document.addEventListener(kind, () => say(""), true);
   const LOST = "The server does not answer, or has begun anew. Open its address again.";
   async function call(what, body) {
+    sending = true;
     const reply = await fetch(what, {method: "POST", headers: {"Content-Type": "application/json"}, body: JSON.stringify(body || {})})
       .catch(() => null);
-    if (!reply) { say("The server does not answer. Is it still running?"); return null; }
-    const found = await reply.json();
-    if (!reply.ok) { say(found.error); return null; }
+    const found = reply && await reply.json().catch(() => ({}));
+    sending = false;
+    if (reply && !reply.ok) say(found.error);
     await refresh();
-    return found;
+    return reply && reply.ok ? found : null;
   }
   async function refresh() {
     clearTimeout(timer);
-    const reply = await fetch("state").catch(() => null);
-    if (!reply || !reply.ok) { say(LOST); timer = setTimeout(refresh, 3000); return; }
+    if (sending) return;  // it is done as soon as that is answered
+    const mine = ++turn, reply = await fetch("state").catch(() => null);
+    const found = reply && reply.ok ? await reply.json().catch(() => null) : null;
+    if (sending || mine !== turn) return;  // this is old
+    if (!found) { say(LOST); timer = setTimeout(refresh, 3000); return; }
     if (byId("error").textContent === LOST) say("");
-    state = await reply.json();
+    state = found;
     draw();
-    if (!running() && queue.length) { const [what, body] = queue.shift(); await call(what, {model: model(), ...body}); return; }
+    const next = running() ? null : following();
+    if (next) { const [what, body] = next; await call(what, {model: model(), ...body}); return; }
     timer = setTimeout(refresh, running() ? 400 : 4000);
   }
+  // What is done next: what was asked for by hand; then looking at the model, at what is ticked, at the rest.
+  function following() {
+    if (queue.length) return queue.shift();
+    for (const name of [model(), ...asked, ...healthy, ...looks]) if (looks.delete(name) && stale(name)) return ["check", {name}];
+    return null;
+  }
+  // Not looked at, or a flight that was looked at for another vehicle.
+  function stale(name) {
+    const said = state.files[name];
+    return !said || (said.model !== model() && state.listed.some((f) => f.name === name && f.kind === "flight"));
+  }
   const model = () => byId("model").value || null;
+  const bad = (name) => (state.files[name] || {}).outcome === "rejected";
   const running = () => state && state.job && state.job.state === "running";
 
   function cell(row, ...parts) { const td = document.createElement("td"); td.append(...parts); row.append(td); }
@@ -38,8 +61,8 @@
     input.type = "checkbox"; input.checked = set.has(name);
     input.setAttribute("aria-label", `${label} ${name}`);
     input.addEventListener("change", () => {
-      if (input.checked) { set.add(name); other.delete(name); } else set.delete(name);
-      shown = ""; draw();
+      if (input.checked) { set.add(name); other.delete(name); looks.add(name); } else set.delete(name);
+      shown = ""; draw(); refresh();
     });
     const seen = document.createElement("span");  // where there is no room for a head of the table
     seen.className = "narrow"; seen.setAttribute("aria-hidden", "true"); seen.textContent = label;
@@ -54,8 +77,8 @@
     all.checked = ticked > 0 && ticked === able.length;
     all.indeterminate = ticked > 0 && ticked < able.length;
     all.onchange = () => {
-      for (const name of able) { if (all.checked) asked.add(name); else asked.delete(name); }
-      shown = ""; draw();
+      for (const name of able) { if (all.checked) { asked.add(name); looks.add(name); } else asked.delete(name); }
+      shown = ""; draw(); refresh();
     };
   }
   function button(text, name, action) {
@@ -65,17 +88,25 @@
     made.addEventListener("click", action);
     return made;
   }
-  // A log that no mapping made usable: another one, shipped or of the folder.
+  // A log that no mapping made usable: another one of its kind, of the folder or shipped; at last those not yet looked at.
   function mappings(file, said) {
     const label = document.createElement("label"), select = document.createElement("select");
-    const own = state.listed.filter((f) => f.kind === "mapping").map((f) => f.name);
-    for (const name of [...own, ...said.mappings]) select.append(new Option(name, name));
+    const own = state.listed.filter((f) => f.kind === "mapping").map((f) => f.name), unread = own.filter((name) => !state.files[name]);
+    for (const name of own) {
+      if (!unread.includes(name)) met.delete(name);
+      else if (!met.has(name)) { met.add(name); looks.add(name); }
+    }
+    const fit = own.filter((name) => state.files[name] && (state.files[name].reads.includes(said.kind) || chosen.get(file.name) === name));
+    for (const name of [...fit, ...said.mappings, ...unread]) select.append(new Option(name, name));
     if (chosen.has(file.name)) select.value = chosen.get(file.name);
     select.addEventListener("change", () => chosen.set(file.name, select.value));
     select.setAttribute("aria-label", `Mapping of ${file.name}`);
     label.append("Read it by the mapping ", select);
     const line = document.createElement("p");
-    line.append(label, " ", button("Import", file.name, () => ask("check", {name: file.name, mapping: select.value})));
+    line.append(label, " ", button("Import", file.name, () => {
+      chosen.set(file.name, select.value);
+      ask("check", {name: file.name, mapping: select.value});
+    }));
     return line;
   }
   function remedy(file, said) {
@@ -94,15 +125,14 @@
       if (state.listed.some((f) => f.name === made && f.kind === "flight") && !healthy.has(made)) asked.add(made);
     }
   }
-  // What was checked for another vehicle is checked again.
+  // The model that is chosen is looked at, again when its file changes; for it what is ticked, or will be once it is usable.
   function recheck() {
+    const known = Boolean(state.files[model()]);
+    if (model() && !known && (knew || model() !== against)) looks.add(model());
+    knew = known;
     if (model() === against) return;
     against = model();
-    const flights = against ? state.listed.filter((f) => f.kind === "flight").map((f) => f.name) : [];
-    for (const name of flights) {
-      const said = state.files[name];
-      if (said && said.model !== against && !queue.some(([, body]) => body.name === name)) queue.push(["check", {name}]);
-    }
+    for (const set of [asked, healthy, wanted]) for (const {name, kind} of state.listed) if (kind === "flight" && set.has(name)) looks.add(name);
   }
   function drawFiles() {
     follow();
@@ -146,22 +176,27 @@
     drawAll(able.filter((name) => !healthy.has(name)));
     if (focused) { const again = document.querySelector(`[aria-label="${CSS.escape(focused)}"]`); if (again) again.focus(); }
     const select = byId("model"), before = select.value;
-    const models = state.listed.filter((f) => f.kind === "model" && (state.files[f.name] || {}).outcome !== "rejected").map((f) => f.name);
-    select.replaceChildren(...models.map((name) => { const o = document.createElement("option"); o.value = o.textContent = name; return o; }));
-    if (models.includes(before)) select.value = before;
+    // First vehicle files, then those with effects, such as were saved here, at last what cannot be read.
+    const rank = (file) => bad(file.name) ? 2 : file.effects ? 1 : 0;
+    const models = state.listed.filter((f) => f.kind === "model").sort((a, b) => rank(a) - rank(b)).map((f) => f.name);
+    select.replaceChildren(...models.map((name) => new Option(name, name)));
+    if (models.length) select.value = models.find((n) => n === picked) || models.find((n) => n === before && !bad(n)) || models[0];
   }
   function draw() {
     byId("folder").textContent = state.folder;
     drawFiles();
     recheck();
-    const said = state.files[byId("model").value];
+    const said = state.files[model()];
     byId("model-said").textContent = said ? said.report : "";
+    byId("model-said").classList.toggle("rejected", bad(model()));
     const job = state.job;
-    byId("cancel").disabled = !running();
-    byId("diagnose").disabled = running();
-    byId("save").disabled = running() || !(state.answer && !state.answer.reference);
-    byId("record").disabled = running();
-    byId("design").disabled = running();
+    // No one waits until all files are looked at: what is asked for comes first.
+    const busy = (running() && job.kind !== "check") || queue.some(([what]) => what !== "check");
+    byId("cancel").disabled = !running() && !queue.length && !looks.size;
+    byId("diagnose").disabled = busy || bad(model());
+    byId("save").disabled = busy || !(state.answer && !state.answer.reference);
+    byId("record").disabled = busy;
+    byId("design").disabled = busy;
     byId("next-flight").hidden = Boolean(state.answer && state.answer.reference);
     byId("progress").hidden = !job;
     if (job) {
@@ -186,7 +221,7 @@
     }
     answered = mark;
   }
-  function ask(what, body) { queue.push([what, body]); if (!running()) refresh(); }
+  function ask(what, body) { queue.push([what, body]); draw(); refresh(); }
   // quiet: of a file that may be none of ours nothing is said.
   async function send(file, more, quiet) {
     if (file.size > state.upload_limit) { if (!quiet) add(`${file.name}: too large; expected at most ${state.upload_limit / 1e6} MB. Cut it.`); return null; }
@@ -209,22 +244,23 @@
       if (!folder) single.push(file);
       else folders.set(folder, [...(folders.get(folder) || []), file]);
     }
-    const sent = [];
+    const bags = [], unsure = [];
     for (const [folder, files] of folders) {
       const parts = files.filter((f) => f.name === "metadata.yaml" || /\.(mcap|db3)$/.test(f.name));
-      if (parts.length > 1 && parts.some((f) => f.name === "metadata.yaml")) sent.push(await sendBag(folder, parts));
+      if (parts.length > 1 && parts.some((f) => f.name === "metadata.yaml")) bags.push([folder, parts]);
       else {
         single.push(...files.filter((f) => state.suffixes.some((s) => f.name.toLowerCase().endsWith(s))));
-        for (const file of files.filter((f) => !f.name.includes("."))) sent.push(await send(file, "", true));
+        unsure.push(...files.filter((f) => !f.name.includes(".")));
       }
     }
-    if (dropped.length && !single.length && !sent.some(Boolean)) say("No log, flight or vehicle file is in that folder.");
+    let count = single.length;
+    const took = (found) => { if (found) { count += 1; wanted.add(found.name); looks.add(found.name); } };
     const isModel = (file) => /\.ya?ml$/i.test(file.name);  // what a log is held against comes first
-    for (const file of [...single.filter(isModel), ...single.filter((f) => !isModel(f))]) sent.push(await send(file));
-    for (const found of sent.filter(Boolean)) {
-      wanted.add(found.name);
-      queue.push(["check", {name: found.name}]);
-    }
+    for (const file of single.filter(isModel)) took(await send(file));
+    for (const [folder, parts] of bags) took(await sendBag(folder, parts));
+    for (const file of unsure) took(await send(file, "", true));
+    for (const file of single.filter((f) => !isModel(f))) took(await send(file));
+    if (dropped.length && !count) say("No log, flight or vehicle file is in that folder.");
     await refresh();
   }
   async function inside(entry, folder) {
@@ -252,19 +288,19 @@
     upload([...event.target.files].map((file) => ({folder: file.webkitRelativePath.split("/").slice(0, -1).join("/"), file})));
     event.target.value = "";
   });
-  byId("model").addEventListener("change", refresh);
+  byId("model").addEventListener("change", () => { picked = model(); draw(); refresh(); });
   byId("diagnose").addEventListener("click", () => {
     const there = new Set(state.listed.map((f) => f.name)), kept = (set) => [...set].filter((n) => there.has(n));
-    call("diagnose", {model: byId("model").value, flights: kept(asked), healthy: kept(healthy)});
+    ask("diagnose", {flights: kept(asked), healthy: kept(healthy)});
   });
-  byId("cancel").addEventListener("click", () => call("cancel"));
-  byId("design").addEventListener("click", () => call("design", {box: byId("box").value.trim(), seconds: byId("seconds").value.trim()}));
-  byId("record").addEventListener("click", () => call("record"));
+  byId("cancel").addEventListener("click", () => { queue.length = 0; looks.clear(); call("cancel"); });
+  byId("design").addEventListener("click", () => ask("design", {box: byId("box").value.trim(), seconds: byId("seconds").value.trim()}));
+  byId("record").addEventListener("click", () => ask("record"));
   byId("save").addEventListener("click", () => {
     const page = byId("report").contentWindow.infotraj;
     if (!page) { say("The report is still being drawn."); return; }
     if (!page.ticked().length) { say("Nothing is ticked. Tick one of the effects in the report first."); return; }
-    call("save", {name: byId("new-name").value, effects: page.ticked()});
+    ask("save", {name: byId("new-name").value, effects: page.ticked()});
   });
   const begun = refresh();
 })();
