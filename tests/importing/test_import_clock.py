@@ -10,7 +10,9 @@ import pytest
 from flights_made import made_flight
 from writers_bag import EPOCH_NS, write_bag1
 
+from infotraj.checking import check
 from infotraj.errors import InputError
+from infotraj.flight import Flight
 from infotraj.importing import import_log
 from infotraj.importing.clock import Ticks, align, stamped, tidy, within
 
@@ -99,3 +101,19 @@ def test_a_bag_with_unset_stamps_comes_back_without_their_messages(tmp_path: Pat
     assert any("messages with the stamp 0 are left out" in note for note in found.meta["notes"])
     assert found.t[0] == pytest.approx(0.5, abs=0.02)
     assert len(found.t) == pytest.approx(150, abs=2)
+
+
+def test_slow_rows_of_a_log_whose_imu_and_commands_are_faster_are_told(tmp_path: Path) -> None:
+    made = made_flight(4.0)
+    table = made.table.copy()
+    table.loc[table.index % 4 != 0, ["px", "py", "pz"]] = np.nan
+    log = write_bag1(Flight(table), tmp_path / "a.bag")
+    slow, fast = import_log(log), import_log(log, rows="rate")
+    assert len(slow.t) == len(made.t) // 4
+    said = "a row every 40 ms, where the log has rate every 10 ms, specific_force every 10 ms"
+    assert [said in note and "--rows rate" in note for note in slow.meta["notes"]] == [True]
+    (found,) = [f for f in check(slow) if f.code == "slow_rows"]
+    assert said in found.what
+    assert "--rows rate" in found.remedy
+    assert not fast.meta["notes"]
+    assert "slow_rows" not in [f.code for f in check(fast)]
