@@ -117,3 +117,14 @@ def test_slow_rows_of_a_log_whose_imu_and_commands_are_faster_are_told(tmp_path:
     assert "--rows rate" in found.remedy
     assert not fast.meta["notes"]
     assert "slow_rows" not in [f.code for f in check(fast)]
+
+
+@pytest.mark.parametrize("unit", ["us", "ns"])
+def test_a_column_of_whole_times_since_1970_in_a_finer_unit_is_said_to_be_one(tmp_path: Path, unit: str) -> None:
+    table = made_flight(1.0).table
+    per_s = {"us": 10**6, "ns": 10**9}[unit]
+    table["t"] = 1_764_300_000 * per_s + np.round(table["t"] * per_s).astype(np.int64)
+    table.to_csv(tmp_path / "a.csv", index=False)
+    with pytest.raises(InputError, match=rf"rows are 1e\+0[47] s apart; .*--set time\.unit={unit}"):
+        import_log(tmp_path / "a.csv")
+    assert import_log(tmp_path / "a.csv", settings={"time": {"unit": unit}}).t[-1] == pytest.approx(0.99)

@@ -54,7 +54,9 @@ def ticks(samples: Samples, declared: TimeMap) -> Ticks:
         if raw.size and not (raw == 0).all():
             if np.issubdtype(raw.dtype, np.integer):
                 whole = {"s": 1_000_000_000, "ms": 1_000_000, "us": 1_000, "ns": 1}[declared.unit]
-                return Ticks(raw * (1 if name.endswith(".stamp") else whole), name, samples.record)
+                whole = 1 if name.endswith(".stamp") else whole
+                if np.abs(raw.astype(float)).max() * whole < 2.0**63:  # beyond, no clock has this unit: `tidy` says so
+                    return Ticks(raw * whole, name, samples.record)
             with np.errstate(invalid="ignore"):  # a damaged number may be a signalling NaN
                 return Ticks(raw * UNITS["time"][declared.unit][0], name, samples.record)
     if samples.record is not None:
