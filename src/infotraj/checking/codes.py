@@ -9,7 +9,7 @@ from infotraj.errors import UsageError, problem
 
 # Of `check`, in the order of docs/check.md.
 CHECKED = (
-    "attitude_order", "attitude_inverse", "attitude_unit", "attitude_frame",
+    "attitude_order", "attitude_inverse", "attitude_unit", "attitude_sign", "attitude_frame",
     "rate_unit", "rate_frame", "rate_axes", "rate_sign",
     "velocity_unit", "velocity_frame", "velocity_axes", "velocity_sign",
     "position_unit", "position_frame", "world_z_down",
