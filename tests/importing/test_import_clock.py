@@ -128,3 +128,11 @@ def test_a_column_of_whole_times_since_1970_in_a_finer_unit_is_said_to_be_one(tm
     with pytest.raises(InputError, match=rf"rows are 1e\+0[47] s apart; .*--set time\.unit={unit}"):
         import_log(tmp_path / "a.csv")
     assert import_log(tmp_path / "a.csv", settings={"time": {"unit": unit}}).t[-1] == pytest.approx(0.99)
+
+
+def test_commands_that_come_rarely_are_said_to_be_held_over_the_rows(tmp_path: Path) -> None:
+    table = made_flight(2.0).table.copy()
+    table.loc[table.index % 5 != 0, [c for c in table if c.startswith("cmd_rotor_")]] = np.nan
+    found = import_log(write_bag1(Flight(table), tmp_path / "a.bag"))
+    assert "rotor_command comes every 50 ms only, and is held over the rows between" in found.meta["notes"]
+    assert import_log(write_bag1(made_flight(2.0), tmp_path / "b.bag")).meta["notes"] == []

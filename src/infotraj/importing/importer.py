@@ -107,6 +107,8 @@ def to_flight(
     lost = row_rate.denser({"channels": said}, t)
     if lost:
         notes.append(f"{row_rate.in_words(lost, t)}: rows are {rule}; {row_rate.rows_option(lost)} keeps the rest")
+    for name, step in row_rate.held({"channels": said}, t).items():
+        notes.append(f"{name} comes every {1000 * step:.3g} ms only, and is held over the rows between")
     meta = table_metadata(read.path, read.kind, read.mapping, read.zero, t, rule, said, derived, notes)
     if read.beside:
         meta["with"] = [{"source_file": p.name, "source_sha256": content_hash(p)} for p in read.beside]
