@@ -68,6 +68,14 @@ def test_a_pitch_of_the_other_sign_is_found_and_mended_by_one_setting(size):
     assert finding.settings == ("attitude.mix=[[1, 0, 0], [0, -1, 0], [0, 0, 1]]",)
 
 
+def test_a_clock_that_is_far_off_by_the_times_of_recording_has_a_setting():
+    said = "imu: its stamps are late; --set rate.shift=-0.700 --set specific_force.shift=-0.700 takes that out"
+    spoilt = late(FLIGHT, W + A, 0.7)
+    (finding,) = [f for f in check(Flight(spoilt.table, {"notes": [said]})) if f.severity == "reject"]
+    assert finding.code == "rates_unexplained"
+    assert finding.settings == ("rate.shift=-0.700", "specific_force.shift=-0.700")
+
+
 def test_noise_in_the_attitude_makes_the_factor_smaller_and_is_no_finding():
     rng = np.random.default_rng(4)
     noisy = multiply(FLIGHT.table[Q].to_numpy(), exp(0.02 * rng.standard_normal((len(FLIGHT.table), 3))))

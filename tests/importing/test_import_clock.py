@@ -14,7 +14,7 @@ from infotraj.checking import check
 from infotraj.errors import InputError
 from infotraj.flight import Flight
 from infotraj.importing import import_log
-from infotraj.importing.clock import Ticks, align, stamped, tidy, within
+from infotraj.importing.clock import Ticks, align, late, stamped, tidy, within
 
 
 @pytest.mark.parametrize("speed", [0.98, 1.0, 1.02])
@@ -26,6 +26,14 @@ def test_a_stream_without_stamps_is_put_on_the_clock_of_one_that_has_them(speed:
     align(rows, {"motors": other}, notes)
     np.testing.assert_allclose(other.values, stamp[::50], atol=10)  # ns
     assert "motors: it has no stamps" in notes[0]
+
+
+def test_stamps_that_are_late_by_the_times_of_recording_are_told() -> None:
+    record = 10**9 * np.arange(20, dtype=np.int64)
+    rows = Ticks(record - 8_000_000, "header.stamp", record)
+    assert late(rows, Ticks(record + 3_698_000_000, "header.stamp", record)) == pytest.approx(3.706)
+    assert late(rows, Ticks(2 * record, "header.stamp", record)) == 0.0
+    assert late(rows, Ticks(record, "record", record)) == 0.0
 
 
 EVEN = np.round(5.0 + 0.01 * np.arange(400), 6)

@@ -11,7 +11,7 @@ from infotraj.dynamics.inputs import CHANNEL, SURPLUS, Surplus, for_vehicle, spe
 from infotraj.errors import InputError
 from infotraj.flight import COMMANDED_FORCE, SPECIFIC_FORCE, Flight
 from infotraj.importing.again import FLIGHT_TABLE
-from infotraj.importing.streams import noted_instance
+from infotraj.importing.streams import noted_setting
 from infotraj.importing.units import ROTOR_INPUT
 from infotraj.rotations import Array, Mask
 from infotraj.vehicle import Vehicle
@@ -156,7 +156,7 @@ def _surplus(found: Surplus, flight: Flight) -> Finding:
 
 def _another_instance(found: Surplus, flight: Flight) -> str:
     """The setting that takes another instance of the topic, where import noted that the log has one."""
-    setting = noted_instance(CHANNEL[found.prefix], flight.meta.get("notes") or ())
+    setting = noted_setting(CHANNEL[found.prefix], "instance", flight.meta.get("notes") or ())
     return f"; or, of the topic's other instance, {command((setting,))}" if setting is not None else ""
 
 
