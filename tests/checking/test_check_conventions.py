@@ -86,6 +86,7 @@ def test_readings_of_the_attitude_undo_what_they_describe():
         "wxyz": q[:, [3, 0, 1, 2]],
         "world to body": q * [1, -1, -1, -1],
         "radians taken as degrees": from_euler(*np.radians(angles)),
+        "pitch of the other sign": from_euler(angles[0], -angles[1], angles[2]),
     }
     for name, declared in wrong.items():
         np.testing.assert_allclose(angle_between(by_name[name].true(declared), q), 0, atol=1e-6)

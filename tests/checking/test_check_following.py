@@ -6,6 +6,7 @@ from check_flights import A, P, Q, V, W, named, simulated
 
 from infotraj.checking import check, examine
 from infotraj.flight import Flight
+from infotraj.importing import derive
 from infotraj.rotations import conjugate, exp, from_euler, multiply, to_euler
 
 FLIGHT = simulated(3, duration=15.0)
@@ -55,11 +56,24 @@ def test_a_channel_that_no_reading_explains_is_rejected_and_no_setting_is_propos
     assert finding.settings == ()
 
 
-def test_a_pitch_of_the_other_sign_is_not_taken_for_another_unit_of_the_rates():
+@pytest.mark.parametrize("size", [1.0, 0.2])  # small angles in a wrong unit once fitted them as well
+def test_a_pitch_of_the_other_sign_is_found_and_mended_by_one_setting(size):
     roll, pitch, yaw = to_euler(FLIGHT.table[Q].to_numpy()).T
-    found = rejects(attitude(from_euler(roll, -pitch, yaw)))
-    assert "rates_unexplained" in found
-    assert "rate_unit" not in found
+    flight = attitude(from_euler(size * roll, -size * pitch, size * yaw))
+    rates = derive.rate(flight.t, from_euler(size * roll, size * pitch, size * yaw), 0.05)
+    columns = dict(zip(W, rates.T, strict=True))
+    turned = Flight(flight.table.drop(columns=[*P, *V, *A]).assign(**columns), flight.meta)
+    (finding,) = [f for f in check(turned) if f.severity == "reject"]
+    assert finding.code == "attitude_sign"
+    assert finding.settings == ("attitude.mix=[[1, 0, 0], [0, -1, 0], [0, 0, 1]]",)
+
+
+def test_a_clock_that_is_far_off_by_the_times_of_recording_has_a_setting():
+    said = "imu: its stamps are late; --set rate.shift=-0.700 --set specific_force.shift=-0.700 takes that out"
+    spoilt = late(FLIGHT, W + A, 0.7)
+    (finding,) = [f for f in check(Flight(spoilt.table, {"notes": [said]})) if f.severity == "reject"]
+    assert finding.code == "rates_unexplained"
+    assert finding.settings == ("rate.shift=-0.700", "specific_force.shift=-0.700")
 
 
 def test_noise_in_the_attitude_makes_the_factor_smaller_and_is_no_finding():

@@ -165,3 +165,19 @@ def test_what_a_motor_was_told_instead_of_a_throttle_is_found_by_its_range(low, 
     told = flight.table.assign(**{f"cmd_rotor_{i}": low + (high - low) * share[:, i] for i in range(4)})
     found = {f.code: f for f in examine(Flight(told), vehicle).findings}
     assert found["rotor_unit"].settings == (f"rotor_command.unit={unit}",)
+
+
+def test_throttles_for_a_file_of_speeds_and_speeds_for_one_of_throttles_are_told_apart_from_wrong_units():
+    speeds, by_speed_file = by_speed(fly(seconds=3.0)[0])
+    columns = [f"cmd_rotor_{i}" for i in range(4)]
+    throttles = Flight(speeds.table.assign(**(speeds.table[columns] / speeds.table[columns].to_numpy().max())))
+    content = yaml.safe_load((VEHICLES / "betaflight_5inch.yaml").read_text())
+    by_throttle_file = parse_vehicle({**content, "mass": MASS})
+    imported = Flight(speeds.table, {"channels": {"rotor_command": {"unit": "rpm"}}})
+    for flight, vehicle, holds, write in (
+        (throttles, by_speed_file, "holds throttle (0..1), the vehicle file's rotors take speeds", "thrust_polynomial"),
+        (imported, by_throttle_file, "holds speeds (rad/s), the vehicle file's rotors take thrott", "thrust_coeff"),
+    ):
+        (found,) = [f for f in examine(flight, vehicle).findings if f.code == "rotor_unit"]
+        assert holds in found.what
+        assert write in found.remedy

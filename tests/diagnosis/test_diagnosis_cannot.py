@@ -320,6 +320,17 @@ def test_the_time_between_commands_is_that_of_the_commands_not_of_the_rows_they_
     assert "every 100 ms only (10 Hz)" in doubt.reason
 
 
+def test_commands_that_the_log_has_and_the_table_does_not_are_not_said_to_be_missing():
+    table = pd.DataFrame({"t": np.arange(0, 20, 0.033)})
+    table[[f"cmd_rotor_{i}" for i in range(4)]] = np.random.default_rng(0).uniform(400, 600, (len(table), 4))
+    meta = {"channels": {"rotor_command": {"rate_hz": 50.0}, "rate": {"rate_hz": 1000.0}}}
+    doubt = _thin(Flight(table, meta), np.ones(len(table), dtype=bool), model("quadrotor").vehicle)
+    assert doubt.reason == (
+        "the table has a row every 33 ms, where the log has rate every 1 ms, rotor_command every 20 ms: "
+        "import the log with --rows rate"
+    )
+
+
 # At the largest usual sizes, or beyond: none of these is a fault of the data.
 LARGE = {
     "omav": (

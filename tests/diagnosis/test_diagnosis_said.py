@@ -164,6 +164,11 @@ def test_a_delay_of_half_the_time_between_sparse_commands_cannot_be_told():
     sparse = SimpleNamespace(observation=SimpleNamespace(command_step=0.02, balance=frozenset()))
     assert "a delay below 10 ms cannot be told" in as_text(answer(search=sparse))
     assert "cannot be told" not in as_text(answer())
+    meta = {"channels": {"rotor_command": {"rate_hz": 50.0}, "rate": {"rate_hz": 1000.0}}}
+    filled = SimpleNamespace(flight=SimpleNamespace(meta=meta, t=np.arange(0.0, 1.0, 0.001)))
+    told = as_text(answer(samples=(filled,)))
+    assert "commands: every 20 ms, held over the rows between" in told
+    assert "a delay below 10 ms cannot be told" in told
     read = as_text(answer(command_steps=2))
     assert "commands: every 4 ms, read as 2 steps" in read
     assert "a delay below 2 ms" in read

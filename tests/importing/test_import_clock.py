@@ -10,9 +10,11 @@ import pytest
 from flights_made import made_flight
 from writers_bag import EPOCH_NS, write_bag1
 
+from infotraj.checking import check
 from infotraj.errors import InputError
+from infotraj.flight import Flight
 from infotraj.importing import import_log
-from infotraj.importing.clock import Ticks, align, stamped, tidy, within
+from infotraj.importing.clock import Ticks, align, late, stamped, tidy, within
 
 
 @pytest.mark.parametrize("speed", [0.98, 1.0, 1.02])
@@ -24,6 +26,14 @@ def test_a_stream_without_stamps_is_put_on_the_clock_of_one_that_has_them(speed:
     align(rows, {"motors": other}, notes)
     np.testing.assert_allclose(other.values, stamp[::50], atol=10)  # ns
     assert "motors: it has no stamps" in notes[0]
+
+
+def test_stamps_that_are_late_by_the_times_of_recording_are_told() -> None:
+    record = 10**9 * np.arange(20, dtype=np.int64)
+    rows = Ticks(record - 8_000_000, "header.stamp", record)
+    assert late(rows, Ticks(record + 3_698_000_000, "header.stamp", record)) == pytest.approx(3.706)
+    assert late(rows, Ticks(2 * record, "header.stamp", record)) == 0.0
+    assert late(rows, Ticks(record, "record", record)) == 0.0
 
 
 EVEN = np.round(5.0 + 0.01 * np.arange(400), 6)
@@ -99,3 +109,38 @@ def test_a_bag_with_unset_stamps_comes_back_without_their_messages(tmp_path: Pat
     assert any("messages with the stamp 0 are left out" in note for note in found.meta["notes"])
     assert found.t[0] == pytest.approx(0.5, abs=0.02)
     assert len(found.t) == pytest.approx(150, abs=2)
+
+
+def test_slow_rows_of_a_log_whose_imu_and_commands_are_faster_are_told(tmp_path: Path) -> None:
+    made = made_flight(4.0)
+    table = made.table.copy()
+    table.loc[table.index % 4 != 0, ["px", "py", "pz"]] = np.nan
+    log = write_bag1(Flight(table), tmp_path / "a.bag")
+    slow, fast = import_log(log), import_log(log, rows="rate")
+    assert len(slow.t) == len(made.t) // 4
+    said = "a row every 40 ms, where the log has rate every 10 ms, specific_force every 10 ms"
+    assert [said in note and "--rows rate" in note for note in slow.meta["notes"]] == [True]
+    (found,) = [f for f in check(slow) if f.code == "slow_rows"]
+    assert said in found.what
+    assert "--rows rate" in found.remedy
+    assert not fast.meta["notes"]
+    assert "slow_rows" not in [f.code for f in check(fast)]
+
+
+@pytest.mark.parametrize("unit", ["us", "ns"])
+def test_a_column_of_whole_times_since_1970_in_a_finer_unit_is_said_to_be_one(tmp_path: Path, unit: str) -> None:
+    table = made_flight(1.0).table
+    per_s = {"us": 10**6, "ns": 10**9}[unit]
+    table["t"] = 1_764_300_000 * per_s + np.round(table["t"] * per_s).astype(np.int64)
+    table.to_csv(tmp_path / "a.csv", index=False)
+    with pytest.raises(InputError, match=rf"rows are 1e\+0[47] s apart; .*--set time\.unit={unit}"):
+        import_log(tmp_path / "a.csv")
+    assert import_log(tmp_path / "a.csv", settings={"time": {"unit": unit}}).t[-1] == pytest.approx(0.99)
+
+
+def test_commands_that_come_rarely_are_said_to_be_held_over_the_rows(tmp_path: Path) -> None:
+    table = made_flight(2.0).table.copy()
+    table.loc[table.index % 5 != 0, [c for c in table if c.startswith("cmd_rotor_")]] = np.nan
+    found = import_log(write_bag1(Flight(table), tmp_path / "a.bag"))
+    assert "rotor_command comes every 50 ms only, and is held over the rows between" in found.meta["notes"]
+    assert import_log(write_bag1(made_flight(2.0), tmp_path / "b.bag")).meta["notes"] == []

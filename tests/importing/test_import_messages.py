@@ -14,6 +14,7 @@ from flights_made import made_flight
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+import infotraj
 from infotraj import rotations
 from infotraj.errors import InputError
 from infotraj.flight import Flight
@@ -60,6 +61,21 @@ def test_motor_speeds_are_measured_or_commanded_by_the_topics_name(tmp_path: Pat
     np.testing.assert_allclose(found.numbered("cmd_rotor_")[:, 0], 600.0 + np.arange(100))
 
 
+@pytest.mark.parametrize("package", ["mav_msgs", "actuator_msgs"])
+def test_a_topic_of_actuators_that_says_command_is_one_whatever_else_it_says(tmp_path: Path, package: str) -> None:
+    text = (Path(infotraj.__file__).parent / f"importing/definitions/{package}/msg/Actuators.msg").read_text()
+    kind = f"{package}/msg/Actuators"
+    store, sent = _store(**{f"{package}__Actuators": text}), []
+    for k in range(100):
+        ns = 10**9 + k * 10**7
+        for topic, speed in (("/motor_speed", 500.0 + k), ("/motor_speed_cmd", 600.0 + k)):
+            arrays = (np.zeros(0), np.full(4, speed), np.zeros(0))  # angles, speeds, normalized
+            sent.append((topic, kind, ns, store.types[kind](_header(store, ns), *arrays)))
+    found = import_log(_write(tmp_path / "bag", store, sent))
+    np.testing.assert_allclose(found.numbered("rotor_")[:, 3], 500.0 + np.arange(100))
+    np.testing.assert_allclose(found.numbered("cmd_rotor_")[:, 0], 600.0 + np.arange(100))
+
+
 def test_extended_state_says_when_it_is_in_the_air(tmp_path: Path) -> None:
     store = _store(
         mavros_msgs__ExtendedState="std_msgs/Header header\nuint8 vtol_state\nuint8 landed_state",
@@ -86,7 +102,7 @@ def test_extended_state_says_when_it_is_in_the_air(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("release", ["1.14", "another"])
 def test_px4_bags_without_definitions_are_read_where_the_shipped_ones_fit(tmp_path: Path, release: str) -> None:
-    folder = Path(str(__import__("infotraj").__file__)).parent / "importing/definitions/px4_msgs/msg"
+    folder = Path(infotraj.__file__).parent / "importing/definitions/px4_msgs/msg"
     texts = {f"px4_msgs__{p.stem}": p.read_text() for p in sorted(folder.glob("*.msg"))}
     if release == "another":
         texts["px4_msgs__VehicleAngularVelocity"] = "uint64 timestamp\nuint64 timestamp_sample\nfloat32[3] xyz\n"

@@ -10,7 +10,9 @@ from infotraj.dynamics.actuators import body_wrench
 from infotraj.dynamics.inputs import CHANNEL, SURPLUS, Surplus, for_vehicle, speed_columns, surplus
 from infotraj.errors import InputError
 from infotraj.flight import COMMANDED_FORCE, SPECIFIC_FORCE, Flight
-from infotraj.importing.streams import noted_instance
+from infotraj.importing.again import FLIGHT_TABLE
+from infotraj.importing.streams import noted_setting
+from infotraj.importing.units import ROTOR_INPUT
 from infotraj.rotations import Array, Mask
 from infotraj.vehicle import Vehicle
 
@@ -29,6 +31,12 @@ UNITS: dict[str, tuple[Unit, ...]] = {
         (1 / 9.80665, "kgf, not N", "rotor_command.scale=9.80665"),
         (1000.0, "mN, not N", "rotor_command.scale=0.001"),
     ),
+}
+# What a rotor's input is in a log, and how a vehicle file says so.
+INPUTS = {
+    "speed": ("speeds (rad/s)", "write `input: speed` and `thrust_coefficient` in the vehicle file"),
+    "throttle": ("throttle (0..1)", "write `input: throttle` and `thrust_polynomial` in the vehicle file"),
+    "thrust": ("thrusts (N)", "write `input: thrust` in the vehicle file"),
 }
 # Full scale of what a motor is told instead of a throttle (0..1), by the unit's name in a mapping.
 THROTTLES = (("percent", 0.0, 100.0), ("pwm_us", 800.0, 2300.0), ("dshot", 40.0, 2100.0), ("pwm16", 0.0, 65535.0))
@@ -53,16 +61,19 @@ def carrying_findings(flight: Flight, airborne: Mask, vehicle: Vehicle | None) -
     thrust = rotor_thrust(flight, vehicle)
     if thrust is not None:
         ratio = _median(thrust[airborne]) / (vehicle.mass * felt)
-        prefix, inputs = _carrying_prefix(flight), {r.input for r in vehicle.rotors}
-        if inputs == {"throttle"}:
+        prefix, wanted = _carrying_prefix(flight), {r.input for r in vehicle.rotors}
+        if wanted == {"throttle"}:
             # What is measured of a rotor is a speed, whatever range its numbers keep to.
             units = _throttle_unit(flight.numbered("cmd_rotor_")[airborne], ratio) if prefix else ()
         else:
-            units = UNITS[inputs.pop()] if len(inputs) == 1 else ()
+            units = UNITS[next(iter(wanted))] if len(wanted) == 1 else ()
         if not prefix:
             units = tuple((f, text, setting.replace("rotor_command.", "rotor.")) for f, text, setting in units)
         what = "the rotor commands make" if prefix else "the measured rotors make"
-        found += _judged(ratio, "rotor_unit", what, f"{prefix}rotor_0..{len(vehicle.rotors) - 1}", units)
+        columns, other = f"{prefix}rotor_0..{len(vehicle.rotors) - 1}", None
+        if len(wanted) == 1:
+            other = _other_input(flight, airborne, prefix, *wanted)
+        found += _judged(ratio, "rotor_unit", what, columns, units, other)
     if flight.has(*COMMANDED_FORCE):
         size = _median(np.linalg.norm(flight.get(*COMMANDED_FORCE)[airborne], axis=1))
         units = (
@@ -82,6 +93,25 @@ def carrying_findings(flight: Flight, airborne: Mask, vehicle: Vehicle | None) -
 def _carrying_prefix(flight: Flight) -> str:
     """Of the columns that say what carries the vehicle: the commands', "cmd_", else those of measured ones, ""."""
     return "cmd_" if flight.numbered("cmd_rotor_").shape[1] else ""
+
+
+def _other_input(flight: Flight, airborne: Mask, prefix: str, wanted: str) -> tuple[str, str] | None:
+    """What the log holds of its rotors where the vehicle file takes something else, and what to write in the file.
+
+    The unit that the log was imported by says it; of a table that is none of import's nobody said one. No rotor that
+    turns by less than 1 rad/s carries anything.
+    """
+    channels = flight.meta.get("channels")
+    said = channels.get(CHANNEL[f"{prefix}rotor_"]) if isinstance(channels, dict) else None
+    unit = said.get("unit") if isinstance(said, dict) else None
+    held = ROTOR_INPUT.get(str(unit)) if flight.meta.get("mapping") != FLIGHT_TABLE else None
+    numbers = flight.numbered(f"{prefix}rotor_")[airborne]
+    numbers = numbers[np.isfinite(numbers)]
+    if wanted == "speed" and numbers.size and numbers.min() >= 0.0 and 0.0 < numbers.max() <= 1.0:
+        held = "throttle"
+    if held is None or held == wanted:
+        return None
+    return f"the log holds {INPUTS[held][0]}, the vehicle file's rotors take {INPUTS[wanted][0]}", INPUTS[held][1]
 
 
 def rotor_thrust(flight: Flight, vehicle: Vehicle) -> Array | None:
@@ -126,7 +156,7 @@ def _surplus(found: Surplus, flight: Flight) -> Finding:
 
 def _another_instance(found: Surplus, flight: Flight) -> str:
     """The setting that takes another instance of the topic, where import noted that the log has one."""
-    setting = noted_instance(CHANNEL[found.prefix], flight.meta.get("notes") or ())
+    setting = noted_setting(CHANNEL[found.prefix], "instance", flight.meta.get("notes") or ())
     return f"; or, of the topic's other instance, {command((setting,))}" if setting is not None else ""
 
 
@@ -182,22 +212,28 @@ def _throttle_unit(commands: Array, ratio: float) -> tuple[Unit, ...]:
     return tuple((ratio, f"{name}, not a throttle (0..1)", f"rotor_command.unit={name}") for name in names[:1])
 
 
-def _judged(ratio: float, code: str, what: str, columns: str, units: tuple[Unit, ...]) -> list[Finding]:
+def _judged(
+    ratio: float, code: str, what: str, columns: str, units: tuple[Unit, ...], other: tuple[str, str] | None = None
+) -> list[Finding]:
     if not np.isfinite(ratio) or 1 / TOLERATED < ratio < TOLERATED:
         return []
     fitting = [(text, setting) for factor, text, setting in units if 1 / TOLERATED < ratio / factor < TOLERATED]
-    guess = f": they are in {fitting[0][0]}" if fitting else ""
-    remedy = f"check the unit of {columns}, and mass and thrust coefficients in the vehicle file"
-    if fitting:
-        remedy = f"{command((fitting[0][1],))}; or correct mass and thrust in the vehicle file"
+    causes = [other[0]] if other is not None else []
+    remedies = [other[1]] if other is not None else []
+    causes += [f"they are in {text}" for text, _ in fitting[:1]]
+    remedies += [command((setting,)) for _, setting in fitting[:1]]
+    if other is None and fitting:
+        remedies.append("correct mass and thrust in the vehicle file")
+    elif not remedies:
+        remedies = [f"check the unit of {columns}, and mass and thrust coefficients in the vehicle file"]
     return [
         Finding(
             code,
             "reject",
-            f"{what} {ratio:.3g} times what carries the vehicle{guess}",
+            f"{what} {ratio:.3g} times what carries the vehicle" + (": " if causes else "") + ", or ".join(causes),
             "the prediction would be wrong by that factor",
-            remedy,
-            sure=0.99 if fitting else 0.95,
+            "; or ".join(remedies),
+            sure=0.99 if causes else 0.95,
             channels=(columns,),
             values={"ratio": ratio},
             settings=(fitting[0][1],) if fitting else (),

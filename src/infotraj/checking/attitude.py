@@ -62,6 +62,10 @@ def _scaled_euler(factor: float, second_start: bool = False) -> Callable[[Array]
     return true
 
 
+def _pitch_turned(q: Array) -> Array:
+    return rotations.from_euler(*(rotations.to_euler(q) * [1.0, -1.0, 1.0]).T)
+
+
 _IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 # Turns about z that take the declared axes to the true ones: a world or a tracked body that was set up another way.
 _AGAINST = {"world": "position's", "body": "IMU's"}
@@ -113,6 +117,13 @@ READINGS: tuple[Reading, ...] = (
         "comes from angles in radians that were taken as degrees",
         ("attitude.unit=rad",),
         _scaled_euler(180 / np.pi),
+    ),
+    Reading(
+        "attitude_sign",
+        "pitch of the other sign",
+        "has a pitch of the other sign (as the Crazyflie's firmware logs it)",
+        ("attitude.mix=[[1, 0, 0], [0, -1, 0], [0, 0, 1]]",),
+        _pitch_turned,
     ),
     Reading(
         "attitude_frame",

@@ -9,7 +9,7 @@ from infotraj.errors import UsageError, problem
 
 # Of `check`, in the order of docs/check.md.
 CHECKED = (
-    "attitude_order", "attitude_inverse", "attitude_unit", "attitude_frame",
+    "attitude_order", "attitude_inverse", "attitude_unit", "attitude_sign", "attitude_frame",
     "rate_unit", "rate_frame", "rate_axes", "rate_sign",
     "velocity_unit", "velocity_frame", "velocity_axes", "velocity_sign",
     "position_unit", "position_frame", "world_z_down",
@@ -23,7 +23,7 @@ CHECKED = (
     "response_before_command", "response_too_late", "response_lag",
     "dead_stream", "stuck", "held", "dead_column", "wrapped", "sign_flips", "quantised", "contradiction",
     "rates_unexplained", "velocity_unexplained", "acceleration_unexplained", "estimate_diverged",
-    "time_backwards", "duplicate_times", "time_not_finite", "gaps", "jitter", "spikes", "saturated",
+    "time_backwards", "duplicate_times", "time_not_finite", "gaps", "jitter", "slow_rows", "spikes", "saturated",
     "impossible_command", "pose_jump", "no_flight", "airborne_flag", "low_flight",
     "reference_not_followed",
     "clock_varies_between_logs", "copy", "own_reference", "unreadable", "incomplete", "cannot_answer",

@@ -268,6 +268,8 @@ def _finding(weighed: Evidence, found: Joint, factor: str, severity: Severity) -
     numbers = "; ".join(
         f"{WORDS[n]}: as declared it differs from what the other channels say by {r.rms(r.declared):.2g} {UNITS[n]}, "
         f"as corrected by {r.rms(r.other) / r.unit:.2g}"
+        # in a smaller unit everything is small: what counts is how small beside the motion
+        + (f" where it moves by {r.rms(r.motion) / r.unit:.2g}" if r.unit != 1.0 else "")
         for n, r in rests.items()
         if r.gain() > 0.1
     )

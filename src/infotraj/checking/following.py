@@ -8,6 +8,7 @@ same side, no noise explains it: another unit, a mirrored axis, a clock that is 
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,9 @@ import numpy as np
 from infotraj.checking.conventions import Verdict
 from infotraj.checking.finding import Finding
 from infotraj.checking.readings import Identity, Table
+from infotraj.checking.settings import CHANNEL_OF, command
 from infotraj.flight import RATE, SPECIFIC_FORCE, VELOCITY
+from infotraj.importing.streams import noted_setting
 from infotraj.rotations import Array
 
 LEAST_FACTOR = 0.7
@@ -46,8 +49,11 @@ _CHANNELS = {
 }
 
 
-def unfollowed(table: Table, verdict: Verdict) -> list[Finding]:
-    """Channels that do not follow in any reading of units, frames and axes: the verdict's is the best there is."""
+def unfollowed(table: Table, verdict: Verdict, notes: Iterable[object] = ()) -> list[Finding]:
+    """Channels that do not follow in any reading of units, frames and axes: the verdict's is the best there is.
+
+    `notes`: of the import, which may have seen by the times of recording that a clock is far off.
+    """
     found = []
     for name, of in _CHANNELS.items():
         identity = table.identities.get(name)
@@ -60,6 +66,9 @@ def unfollowed(table: Table, verdict: Verdict) -> list[Finding]:
         said = [f"{c} {f}" for c, f in zip(of.columns, factors, strict=True) if f]
         if not said:
             continue
+        shifts = (noted_setting(c, "shift", notes) for c in ("rate", "specific_force", "velocity"))
+        settings = tuple(filter(None, shifts))
+        own = settings if any(s.startswith(f"{CHANNEL_OF[of.columns]}.") for s in settings) else ()
         found.append(
             Finding(
                 of.code,
@@ -67,11 +76,14 @@ def unfollowed(table: Table, verdict: Verdict) -> list[Finding]:
                 f"{of.what} is not that by which {of.source}, in any reading of units, frames and axes: "
                 f"{', '.join(said)}",
                 "what a model is compared with would be this error",
-                "check which flight, sensor, unit and clock it is from (clocks are compared to 0.2 s), or leave it out "
-                "of the mapping: it is then derived",
+                f"its clock is far off, by the times of recording: {command(own)}"
+                if own
+                else "check which flight, sensor, unit and clock it is from (clocks are compared to 0.2 s), or leave "
+                "it out of the mapping: it is then derived",
                 sure=0.99,
                 channels=of.columns,
                 values={"factors": [f or "follows" for f in factors]},
+                settings=own,
             )
         )
     return found

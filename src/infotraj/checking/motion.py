@@ -58,7 +58,7 @@ def judge_motion(
     if table is None:
         return Motion(force_unit_findings(flight, air.rows) + _response(flight, ch), {})
     verdict = judge(table)
-    unfollowing = unfollowed(table, verdict)
+    unfollowing = unfollowed(table, verdict, flight.meta.get("notes") or ())
     unread = {c for f in unfollowing for c in f.channels}
     # a reading under which a channel still does not follow is none
     findings = [f for f in verdict.findings if not unread & set(f.channels)]

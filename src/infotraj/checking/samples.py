@@ -54,7 +54,7 @@ def sampled(flight: Flight, vehicle: Vehicle | None = None) -> Sampled:
     findings += frozen.dead_findings(flight, still, air.rows, "still") + held.held_findings(streams, air.rows)
     flight = void([Void("stuck", d.columns, flight.t[d.rows]) for d in still])
     flight = void([Void("held", h.columns, flight.t[h.rows]) for h in streams if h.rows.any()])
-    findings += timing.gaps(flight, air.rows) + timing.jitter(flight)
+    findings += timing.gaps(flight, air.rows) + timing.jitter(flight) + timing.slow_rows(flight)
 
     dead = dead_columns(flight, air.rows, vehicle)
     findings += dead_column_findings(flight, dead) + quantised(flight, air.rows)

@@ -8,6 +8,7 @@ import pandas as pd
 from infotraj.checking.finding import Finding, Span, spans_text
 from infotraj.checking.settings import command
 from infotraj.flight import RATE, VELOCITY, Flight
+from infotraj.importing import row_rate
 from infotraj.rotations import Array, Mask
 from infotraj.terminal import counted
 
@@ -96,6 +97,24 @@ def jitter(flight: Flight) -> list[Finding]:
             "use the sender's time stamps where the log has them",
             channels=("t",),
             values={"p05": float(low), "p50": usual, "p95": float(high)},
+        )
+    ]
+
+
+def slow_rows(flight: Flight) -> list[Finding]:
+    """Rows further apart than motion allows, made from a log that has more of it."""
+    lost = row_rate.denser(flight.meta, flight.t)
+    if not lost:
+        return []
+    return [
+        Finding(
+            "slow_rows",
+            "warning",
+            row_rate.in_words(lost, flight.t),
+            "what moved and what was commanded between the rows is missing",
+            f"import the log with {row_rate.rows_option(lost)}",
+            channels=("t",),
+            values=dict(lost),
         )
     ]
 

@@ -54,7 +54,9 @@ def ticks(samples: Samples, declared: TimeMap) -> Ticks:
         if raw.size and not (raw == 0).all():
             if np.issubdtype(raw.dtype, np.integer):
                 whole = {"s": 1_000_000_000, "ms": 1_000_000, "us": 1_000, "ns": 1}[declared.unit]
-                return Ticks(raw * (1 if name.endswith(".stamp") else whole), name, samples.record)
+                whole = 1 if name.endswith(".stamp") else whole
+                if np.abs(raw.astype(float)).max() * whole < 2.0**63:  # beyond, no clock has this unit: `tidy` says so
+                    return Ticks(raw * whole, name, samples.record)
             with np.errstate(invalid="ignore"):  # a damaged number may be a signalling NaN
                 return Ticks(raw * UNITS["time"][declared.unit][0], name, samples.record)
     if samples.record is not None:
@@ -86,6 +88,15 @@ def align(rows: Ticks, others: dict[str, Ticks], notes: list[str]) -> None:
             )
 
 
+def late(rows: Ticks, other: Ticks) -> float:
+    """s by which a stream's stamps are later than those of the rows, by the times of recording; 0 where these do not
+    tell: stamps of another source, or a clock that runs at another speed."""
+    if rows.record is None or other.record is None or rows.source != other.source or rows.source == "record":
+        return 0.0
+    own, of_rows = _Line(other.record, other.values), _Line(rows.record, rows.values)
+    return of_rows.delay - own.delay if own.even and of_rows.even else 0.0
+
+
 class _Line:
     """Stamp as a function of recording time: less the median delay, and scaled where the clocks' speeds differ."""
 
@@ -99,8 +110,13 @@ class _Line:
             slope, _ = np.polyfit(x, y, 1)
             self._slope = float(slope) if abs(slope - 1.0) > 1e-3 else 1.0
 
+    @property
+    def even(self) -> bool:
+        """Whether both clocks run at one speed."""
+        return self._slope == 1.0
+
     def __call__(self, record: Any) -> Any:
-        if self._slope == 1.0:
+        if self.even:
             return record - np.int64(round(self.delay * 1e9))
         middle = self._record.size // 2
         return self._stamp[middle] + ((record - self._record[middle]) * self._slope).astype(np.int64)

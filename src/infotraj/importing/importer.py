@@ -11,7 +11,7 @@ import pandas as pd
 from infotraj.arguments import AnyPath, as_path, require_part
 from infotraj.errors import InputError, problem
 from infotraj.flight import Flight
-from infotraj.importing import clock, derive, resample
+from infotraj.importing import clock, derive, resample, row_rate
 from infotraj.importing.again import leave_derived, own_metadata, with_own_metadata
 from infotraj.importing.channels import CHANNELS, Resample
 from infotraj.importing.flags import in_the_air
@@ -104,6 +104,11 @@ def to_flight(
     for channel_name in CHANNELS:
         if channel_name in values:
             columns.update(dict(zip(names[channel_name], values[channel_name].T, strict=True)))
+    lost = row_rate.denser({"channels": said}, t)
+    if lost:
+        notes.append(f"{row_rate.in_words(lost, t)}: rows are {rule}; {row_rate.rows_option(lost)} keeps the rest")
+    for name, step in row_rate.held({"channels": said}, t).items():
+        notes.append(f"{name} comes every {1000 * step:.3g} ms only, and is held over the rows between")
     meta = table_metadata(read.path, read.kind, read.mapping, read.zero, t, rule, said, derived, notes)
     if read.beside:
         meta["with"] = [{"source_file": p.name, "source_sha256": content_hash(p)} for p in read.beside]

@@ -72,6 +72,8 @@ def _composed(key: str, value: Any, mapped: ChannelMap, stream: StreamMap, mappi
         if key == "axes":
             old = axes_matrix(mapped.axes, mirrored=True) if mapped.axes is not None else np.eye(3)
             return _axes(axes_matrix(value, mirrored=True) @ old)
+        if key == "mix":
+            return value if mapped.mix is None else (np.array(value) @ np.array(mapped.mix)).tolist()
         if key == "world" or key == "body":
             which: Literal["world", "body"] = "world" if key == "world" else "body"
             further = frame_matrix(tuple(value) if isinstance(value, list) else value, which)

@@ -29,6 +29,8 @@ from infotraj.importing.unit_ranges import outside_unit
 from infotraj.progress import reached
 from infotraj.rotations import Array
 
+_FAR = 0.2  # s between clocks: `check` compares streams up to there
+
 
 @dataclass
 class Stream:
@@ -172,6 +174,7 @@ def _read(log: Log, chosen: Plan, every: bool) -> Streams:
         for name, tick in all_ticks.items()
     }
     clock.align(all_ticks[leader.stream.name], all_ticks, notes)
+    notes += _far_clocks(feeds, leader, all_ticks)
     zero = clock.origin(all_ticks[leader.stream.name])
     streams = {}
     for feed, sample in zip(feeds, samples, strict=True):
@@ -196,6 +199,20 @@ def _read(log: Log, chosen: Plan, every: bool) -> Streams:
     ticks = all_ticks[leader.stream.name]
     start = float(zero) / 1e9 if ticks.nanoseconds else float(zero)
     return Streams(log.path, log.kind, chosen.mapping, chosen, streams, start, notes)
+
+
+def _far_clocks(feeds: list[Feed], leader: Feed, ticks: dict[str, clock.Ticks]) -> list[str]:
+    """Notes on stamps that are off from the row stream's by more than a log's streams are compared to."""
+    notes = []
+    for feed in feeds:
+        late = clock.late(ticks[leader.stream.name], ticks[feed.stream.name]) + feed.shift - leader.shift
+        if feed.used and abs(late) > _FAR:
+            settings = " ".join(f"--set {c}.shift={feed.channels[c].shift - late:.3f}" for c in feed.used)
+            notes.append(
+                f"{feed.stream.name}: its stamps are {abs(late):.3f} s {'later' if late > 0 else 'earlier'} than those "
+                f"of the rows, by the times of recording: another clock, or slow transport; {settings} takes that out"
+            )
+    return notes
 
 
 def _without_repeats(name: str, tick: clock.Ticks, channels: dict[str, Array], notes: list[str]) -> dict[str, Array]:

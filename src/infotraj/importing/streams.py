@@ -159,9 +159,10 @@ def _override(stream: StreamMap, fitting: list[Any]) -> str:
     return f"override with --set {next(iter(stream.channels))}{_INSTANCE}{others[0].instance}"
 
 
-def noted_instance(channel: str, notes: Iterable[object]) -> str | None:
-    """The setting that takes another instance of a channel's topic, where a note of the import has one."""
-    setting = re.compile(rf"(?<=--set ){re.escape(channel + _INSTANCE)}\d+")
+def noted_setting(channel: str, key: str, notes: Iterable[object]) -> str | None:
+    """The setting of a channel's key (another instance of its topic, a shift of its clock) that a note of the import
+    names."""
+    setting = re.compile(rf"(?<=--set ){re.escape(f'{channel}.{key}=')}-?\d+(\.\d+)?")
     found = filter(None, (setting.search(str(note)) for note in notes))
     return next((f[0] for f in found), None)
 

@@ -79,6 +79,13 @@ UNITS: dict[str, dict[str, tuple[float, float]]] = {
     "number": {"1": (1.0, 0.0)},
 }
 
+# What a rotor's unit makes the number: the vehicle file's `input`.
+ROTOR_INPUT = {
+    **dict.fromkeys(("rad/s", "rpm", "krpm", "rev/s"), "speed"),
+    **dict.fromkeys(("throttle", "percent", "pwm16", "pwm_us", "dshot", "duty8"), "throttle"),
+    **dict.fromkeys(("N", "mN", "gf"), "thrust"),
+}
+
 SI = {dimension: next(iter(units)) for dimension, units in UNITS.items()}
 
 # A sensor's or counter's own steps, which only the mapping's `scale` makes SI.

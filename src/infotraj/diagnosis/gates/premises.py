@@ -25,11 +25,19 @@ from infotraj.diagnosis.linear.candidates import Candidate
 from infotraj.dynamics.inputs import input_columns
 from infotraj.effects.channels import tilt_columns
 from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
+from infotraj.importing import row_rate
 from infotraj.models import Model
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
 LONGEST_STEP = 0.03  # s between samples of the actuators: no multirotor is controlled more slowly than 33 Hz
+_CHANNELS = {
+    "commanded rotors": "rotor_command",
+    "commanded tilts": "tilt_command",
+    "commanded wrench": "commanded_force",
+    "measured rotors": "rotor",
+    "measured tilts": "tilt",
+}
 _STILL_RATE = 0.1  # rad/s, root mean square; sensors' noise is below it
 _STILL_TILT = 0.05  # rad, standard deviation of the direction of gravity in the body
 _STILL_SPEED = 0.25  # m/s, 95 % of the rows
@@ -145,10 +153,13 @@ def _thin(flight: Flight, rows: NDArray, vehicle: Vehicle) -> Doubt | None:
             reason = f"the {name} {words[0]}: the motion does not come from {words[1]}"
             return Doubt("actuators_constant", "actuator log", AXES, reason)
         if LONGEST_STEP < round(step, 6) < np.inf:  # stamps of 30 ms differ by 30 ms but for rounding
+            lost = row_rate.denser(flight.meta, flight.t)
             reason = (
                 f"the {name} are known every {1000 * step:.0f} ms only ({1 / step:.0f} Hz): what the "
                 f"actuators did in between is not in the log, and the motion shows it"
             )
+            if _CHANNELS[name] in lost:
+                reason = f"{row_rate.in_words(lost, flight.t)}: import the log with {row_rate.rows_option(lost)}"
             return Doubt("actuators_sparse", "actuator log", reached(vehicle), reason)
     return None
 

@@ -71,19 +71,15 @@ def _alike(told: Fit, each: float) -> bool:
     ordinary = told.linear.spike(Scales(each))
     every = np.array([c.candidate.name == _ROTOR for c in columns]) & (ordinary > 0.0)
     covariance = overdispersion(told)[1]
-    for i in np.flatnonzero(every):
-        others = every & (np.arange(len(every)) != i)
-        if columns[i].candidate.label not in told.labels:
-            continue
-        apart = -others.astype(float) / max(others.sum(), 1)
+    mine = [i for i in np.flatnonzero(every) if columns[i].candidate.label in told.labels]
+    for i in mine:
+        apart = -every.astype(float) / max(every.sum() - 1.0, 1.0)
         apart[i] = 1.0
         error = np.hypot(np.sqrt(apart @ covariance @ apart), ordinary[i])
         if abs(apart @ told.solution.theta) >= ORDINARY * error:
             return False
-    return True
+    return bool(mine)
 
 
 def _words(off: float) -> str:
-    return (
-        f"it is within what this vehicle file is off by, {off:.2g} times 1 %: a number of the file, and nothing missing"
-    )
+    return f"it is no further off than this vehicle file is ({off:.2g} times 1 %): the file's own error"

@@ -21,6 +21,7 @@ from infotraj.diagnosis.report.added_load import added_load
 from infotraj.diagnosis.report.reasons import about_takes, axis_in_words, why
 from infotraj.diagnosis.report.vehicle_file import ONE_FINDING, by_ratio
 from infotraj.effects import Effect, labels_in_words
+from infotraj.importing import row_rate
 from infotraj.rotations import Array
 
 _SPARSE = 0.01  # s between commands: with more, a delay of half of it cannot be told
@@ -82,7 +83,7 @@ def as_dict(found: Diagnosis) -> dict[str, Any]:
         "warnings": [d.reason for d in found.doubts if not d.refuses],
         "accepted": found.accepted,
         "at_bound": found.at_bound,
-        "commands": {"every": number(found.search.observation.command_step), "steps": found.command_steps},
+        "commands": {"every": number(_between_commands(found)), "steps": found.command_steps},
         "flights": [
             {
                 "path": str(s.flight.meta.get("source", "flight")),
@@ -324,7 +325,9 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
         lines.append(f"left on {of}: {share if s.predicted else far}")
         if s.hint:
             lines.append(f"  hint, not a result: {s.hint.replace(s.axis, of, 1)} ({100 * s.hint_share:.0f} % held out)")
-    every = found.search.observation.command_step
+    every = _between_commands(found)
+    if every > found.search.observation.command_step:
+        lines.append(f"commands: every {1000 * every:.0f} ms, held over the rows between")
     if found.command_steps > 1:
         lines.append(f"commands: every {1000 * every:.0f} ms, read as {found.command_steps} steps from row to row")
     balance = sorted(found.search.observation.balance) if found.healthy is not None else []
@@ -339,6 +342,12 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
     lines += [f"accepted {d.code} ({', '.join(d.axes)}): {d.reason}" for d in found.doubts if d.accepted]
     lines.append(sentence(found))
     return "\n".join(lines) + "\n"
+
+
+def _between_commands(found: Diagnosis) -> float:
+    """s between commands, the longest: between rows that hold them, or between those that an import held over rows."""
+    filled = (step for s in found.samples for step in row_rate.held(s.flight.meta, s.flight.t).values())
+    return max(found.search.observation.command_step, *filled, 0.0)
 
 
 def _row(f: Finding, errors: Mapping[str, Any]) -> str:
