@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ import rerun.blueprint as rrb
 
 from infotraj.checking.acceptance import accepted_in, accepted_lines
 from infotraj.comparing.equation_error import AXES, EquationError
+from infotraj.comparing.statistics import statistics
 from infotraj.flight import Flight
 from infotraj.models import Model
 from infotraj.recording.scene import VEHICLE, add_scene, center_of, reach
@@ -20,21 +22,31 @@ from infotraj.recording.stream import TIMELINE, Columns, recording
 from infotraj.rotations import Array
 
 RATE, PATH_RATE = 50.0, 20.0  # samples a second of arrows and lines; of the coloured path
-MEASURED, PREDICTED, RESIDUAL, BAND = (34, 139, 34), (0, 114, 178), (213, 94, 0), (120, 175, 215)
+# As in the report and in the figures of `compare`; told apart by the colour-blind.
+MEASURED, BAND = (154, 161, 168), (120, 175, 215)
+MODELS = ((0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167), (230, 159, 0))
 WORST = 10.0  # times the floor at which the path's colour is darkest
 # From within the noise to WORST times the floor: blue, yellow, red.
 _RAMP = np.array([[86.0, 180.0, 233.0], [240.0, 228.0, 66.0], [213.0, 30.0, 30.0]])
-# Force in full, torque in lighter colours: measured, predicted, residual.
-_COLORS = {"force": (MEASURED, PREDICTED, RESIDUAL), "torque": ((150, 200, 150), (140, 190, 230), (240, 190, 90))}
+# Force in full, torque in lighter colours: measured, predicted, their difference.
+_COLORS = {
+    "force": (MEASURED, MODELS[0], (230, 159, 0)),
+    "torque": ((190, 195, 200), (140, 190, 230), (240, 190, 90)),
+}
 
 
-def record_comparison(path: str | Path, flight: Flight, model: Model, error: EquationError) -> None:
+def record_comparison(
+    path: str | Path, flight: Flight, model: Model, errors: EquationError | Mapping[str, EquationError]
+) -> None:
     """Writes a recording of one flight with its measured and predicted wrench.
 
     Arrows on the vehicle, body frame: measured and predicted force, and their difference many times larger (the text
     says how many); the same for the torque. The path is coloured by the error over the floor, and one group of plots an
-    axis shows measured, predicted, and the residual with its noise band, on the viewer's one timeline.
+    axis shows measured, predicted, and the residual with its noise band, on the viewer's one timeline. errors: of
+    `model`, or of several by name, `model` first; the further ones are in the plots and in the text alone.
     """
+    error = errors if isinstance(errors, EquationError) else next(iter(errors.values()))
+    models = errors if isinstance(errors, Mapping) and len(errors) > 1 else {"predicted": error}
     size = reach(model.vehicle)
     scales = _scales(error, size)
 
@@ -44,13 +56,14 @@ def record_comparison(path: str | Path, flight: Flight, model: Model, error: Equ
         return _blueprint(*center_of(flight), size, columns.spans, hidden)
 
     content = pd.util.hash_pandas_object(flight.table, index=False).to_numpy().tobytes()
-    identity = hashlib.sha256(content + repr(model.effects).encode() + model.vehicle.model_dump_json().encode())
+    about = f"{model.effects!r}{model.vehicle.model_dump_json()}{list(models)}"
+    identity = hashlib.sha256(content + about.encode())
     with recording(path, "infotraj comparison", identity.hexdigest()[:24], layout) as columns:
         add_scene(columns, flight, model.vehicle)
-        columns.static("about", _about(flight, model, error, scales))
+        columns.static("about", _about(flight, model, models, scales))
         _add_path(columns, flight, error, size)
         _add_arrows(columns, error, scales, size)
-        _add_lines(columns, error)
+        _add_lines(columns, models)
 
 
 def _scales(error: EquationError, size: float) -> dict[str, tuple[float, float]]:
@@ -106,20 +119,22 @@ def _add_arrows(columns: Columns, error: EquationError, scales: dict[str, tuple[
             columns.arrow(entity, error.t[rows], np.zeros((len(rows), 3)), factor * values[rows])
 
 
-def _add_lines(columns: Columns, error: EquationError) -> None:
+def _add_lines(columns: Columns, models: Mapping[str, EquationError]) -> None:
     for a, axis in enumerate(AXES):
-        rows = np.flatnonzero(error.scored[:, a])
-        if not len(rows):
-            continue
-        rows = rows[thinned(error.t[rows], RATE)]
-        t = error.t[rows]
-        columns.series(f"wrench/{axis}/measured", t, error.measured[rows, a], "measured", MEASURED, 2.0)
-        columns.series(f"wrench/{axis}/predicted", t, error.predicted[rows, a], "predicted", PREDICTED)
-        columns.series(f"residual/{axis}/residual", t, error.residual[rows, a], "measured - predicted", RESIDUAL)
-        for side, sign in (("upper", 2.0), ("lower", -2.0)):
-            ends = t[[0, -1]]
-            name = f"{'+' if sign > 0 else '-'} 2 floor"
-            columns.series(f"residual/{axis}/{side}", ends, np.full(2, sign * error.floor[a]), name, BAND, 1.0)
+        for k, (name, error) in enumerate(models.items()):
+            rows = np.flatnonzero(error.scored[:, a])
+            if not len(rows):
+                continue
+            rows = rows[thinned(error.t[rows], RATE)]
+            t, color, number = error.t[rows], MODELS[k % len(MODELS)], f"_{k + 1}" if k else ""
+            if k == 0:
+                columns.series(f"wrench/{axis}/measured", t, error.measured[rows, a], "measured", MEASURED, 2.5)
+                for side, sign in (("upper", "+"), ("lower", "-")):
+                    edge = np.full(2, float(f"{sign}2") * error.floor[a])
+                    columns.series(f"residual/{axis}/{side}", t[[0, -1]], edge, f"{sign} 2 floor", BAND, 1.0)
+            left = name if len(models) > 1 else "measured - predicted"
+            columns.series(f"wrench/{axis}/predicted{number}", t, error.predicted[rows, a], name, color)
+            columns.series(f"residual/{axis}/residual{number}", t, error.residual[rows, a], left, color)
 
 
 def _blueprint(
@@ -136,7 +151,7 @@ def _blueprint(
     )
     near = rrb.Spatial3DView(
         origin=VEHICLE,
-        name="Vehicle: green measured, blue predicted, orange the difference enlarged",
+        name="Vehicle: grey measured, blue predicted, orange the difference enlarged",
         contents=["+ $origin/**", *(f"- /{e}" for e in sorted(hidden))],
         eye_controls=rrb.EyeControls3D(
             position=np.array([-1.9, -2.5, 1.5]) * size, look_target=[0, 0, 0.5 * size], eye_up=[0, 0, 1]
@@ -180,22 +195,28 @@ def _plot(kind: str, axis: str, spans: dict[str, tuple[float, float]]) -> rrb.Ti
 
 
 def _about(
-    flight: Flight, model: Model, error: EquationError, scales: dict[str, tuple[float, float]]
+    flight: Flight, model: Model, models: Mapping[str, EquationError], scales: dict[str, tuple[float, float]]
 ) -> rr.TextDocument:
     effects = ", ".join(e.name for e in model.effects) or "no effects"
     lines = [f"**{model.vehicle.name} with {effects}**, {Path(str(flight.meta.get('source', 'flight'))).name}", ""]
+    first, error = next(iter(models.items()))
     for kind, (_, more) in scales.items():
         look = "pale" if kind == "torque" else "strong"
         lines.append(
-            f"{kind} ({look} arrows): green measured, blue predicted, orange the difference, {more:.0f} times larger."
+            f"{kind} ({look} arrows): grey measured, blue {first}, orange the difference, {more:.0f} times larger."
         )
-    rms = np.sqrt(np.nanmean(np.where(error.scored, error.residual, np.nan) ** 2, axis=0)) if error.scored.any() else []
-    told = [
-        f"{axis} {rms[a]:.3g} ({rms[a] / error.floor[a]:.1f} x floor)"
-        for a, axis in enumerate(AXES)
-        if error.scored[:, a].any() and error.floor[a] > 0
-    ]
-    lines += ["", "RMSE: " + ", ".join(told), "", error.filter]
+    for name, one in models.items():
+        lines.append(f"\nRMSE{f', {name}' if len(models) > 1 else ''}: {_rmse(one, error.floor)}")
+    lines += ["", error.filter]
     lines += [f"\n{line}" for line in accepted_lines(accepted_in([flight]))]
     lines += [f"\n{axis}: {why}" for axis, why in error.reasons.items()]
     return rr.TextDocument("\n".join(lines), media_type=rr.MediaType.MARKDOWN)
+
+
+def _rmse(error: EquationError, floor: Array) -> str:
+    told = statistics([error])
+    return ", ".join(
+        f"{axis} {told.rmse[a]:.3g} ({told.rmse[a] / floor[a]:.1f} x floor)"
+        for a, axis in enumerate(AXES)
+        if told.rows[a] and floor[a] > 0
+    )
