@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +14,7 @@ import rerun.blueprint as rrb
 from infotraj.checking.acceptance import accepted_in, accepted_lines
 from infotraj.comparing.equation_error import AXES, EquationError
 from infotraj.comparing.statistics import statistics
+from infotraj.effects import labels_in_words
 from infotraj.flight import Flight
 from infotraj.models import Model
 from infotraj.recording.scene import VEHICLE, add_scene, center_of, reach
@@ -28,6 +29,7 @@ MODELS = ((0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167), (230, 159
 WORST = 10.0  # times the floor at which the path's colour is darkest
 # From within the noise to WORST times the floor: blue, yellow, red.
 _RAMP = np.array([[86.0, 180.0, 233.0], [240.0, 228.0, 66.0], [213.0, 30.0, 30.0]])
+_KIND = {"f": "force", "t": "torque"}
 # Force in full, torque in lighter colours: measured, predicted, their difference.
 _COLORS = {
     "force": (MEASURED, MODELS[0], (230, 159, 0)),
@@ -36,7 +38,11 @@ _COLORS = {
 
 
 def record_comparison(
-    path: str | Path, flight: Flight, model: Model, errors: EquationError | Mapping[str, EquationError]
+    path: str | Path,
+    flight: Flight,
+    model: Model,
+    errors: EquationError | Mapping[str, EquationError],
+    corrections: Collection[str] = (),
 ) -> None:
     """Writes a recording of one flight with its measured and predicted wrench.
 
@@ -44,6 +50,7 @@ def record_comparison(
     says how many); the same for the torque. The path is coloured by the error over the floor, and one group of plots an
     axis shows measured, predicted, and the residual with its noise band, on the viewer's one timeline. errors: of
     `model`, or of several by name, `model` first; the further ones are in the plots and in the text alone.
+    corrections: labels of its effects that correct the vehicle file.
     """
     error = errors if isinstance(errors, EquationError) else next(iter(errors.values()))
     models = errors if isinstance(errors, Mapping) and len(errors) > 1 else {"predicted": error}
@@ -53,14 +60,14 @@ def record_comparison(
     def layout(columns: Columns) -> rrb.Blueprint:
         # The rotors' own thrust arrows would hide those of the wrench.
         hidden = [e for e in columns.entities if e.endswith("/thrust")]
-        return _blueprint(*center_of(flight), size, columns.spans, hidden)
+        return _blueprint(*center_of(flight), size, columns.spans, hidden, error.unit)
 
     content = pd.util.hash_pandas_object(flight.table, index=False).to_numpy().tobytes()
     about = f"{model.effects!r}{model.vehicle.model_dump_json()}{list(models)}"
     identity = hashlib.sha256(content + about.encode())
     with recording(path, "infotraj comparison", identity.hexdigest()[:24], layout) as columns:
         add_scene(columns, flight, model.vehicle)
-        columns.static("about", _about(flight, model, models, scales))
+        columns.static("about", _about(flight, model, models, scales, corrections))
         _add_path(columns, flight, error, size)
         _add_arrows(columns, error, scales, size)
         _add_lines(columns, models)
@@ -138,7 +145,12 @@ def _add_lines(columns: Columns, models: Mapping[str, EquationError]) -> None:
 
 
 def _blueprint(
-    center: Array, extent: float, size: float, spans: dict[str, tuple[float, float]], hidden: list[str]
+    center: Array,
+    extent: float,
+    size: float,
+    spans: dict[str, tuple[float, float]],
+    hidden: list[str],
+    unit: dict[str, str],
 ) -> rrb.Blueprint:
     distance = max(4.5 * size, 1.3 * extent)
     eye = center + distance * np.array([-0.55, -0.72, 0.42])
@@ -165,12 +177,12 @@ def _blueprint(
             ("Force", AXES[:3], "wrench"),
             ("Torque", AXES[3:], "wrench"),
         )
-        if (views := [v for axis in axes if (v := _plot(kind, axis, spans)) is not None])
+        if (views := [v for a in axes if (v := _plot(kind, a, unit[_KIND[a[0]]], spans)) is not None])
     ]
     left = rrb.Vertical(scene, near, rrb.TextDocumentView(origin="about", name="About"), row_shares=[3, 3, 1.4])
     return rrb.Blueprint(
         rrb.Horizontal(left, rrb.Tabs(*tabs, active_tab=0), column_shares=[1.0, 1.1]),
-        rrb.TimePanel(state="collapsed", timeline=TIMELINE),
+        rrb.TimePanel(state="collapsed", timeline=TIMELINE, play_state="paused"),
         rrb.SelectionPanel(state="hidden"),
         rrb.BlueprintPanel(state="collapsed"),
         auto_layout=False,
@@ -178,7 +190,7 @@ def _blueprint(
     )
 
 
-def _plot(kind: str, axis: str, spans: dict[str, tuple[float, float]]) -> rrb.TimeSeriesView | None:
+def _plot(kind: str, axis: str, unit: str, spans: dict[str, tuple[float, float]]) -> rrb.TimeSeriesView | None:
     inside = [span for entity, span in spans.items() if entity.startswith(f"{kind}/{axis}/")]
     if not inside:
         return None
@@ -187,7 +199,7 @@ def _plot(kind: str, axis: str, spans: dict[str, tuple[float, float]]) -> rrb.Ti
     what = "measured - predicted, band of the noise" if kind == "residual" else "measured and predicted"
     return rrb.TimeSeriesView(
         origin=f"{kind}/{axis}",
-        name=f"{axis}: {what}",
+        name=f"{axis} [{unit}]: {what}",
         axis_x=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
         axis_y=rrb.ScalarAxis(range=(low - margin, high + margin)),
         plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop),
@@ -195,10 +207,16 @@ def _plot(kind: str, axis: str, spans: dict[str, tuple[float, float]]) -> rrb.Ti
 
 
 def _about(
-    flight: Flight, model: Model, models: Mapping[str, EquationError], scales: dict[str, tuple[float, float]]
+    flight: Flight,
+    model: Model,
+    models: Mapping[str, EquationError],
+    scales: dict[str, tuple[float, float]],
+    corrections: Collection[str],
 ) -> rr.TextDocument:
-    effects = ", ".join(e.name for e in model.effects) or "no effects"
+    effects = labels_in_words([e.label for e in model.effects if e.label not in corrections]) or "no effects"
+    corrects = labels_in_words([e.label for e in model.effects if e.label in corrections])
     lines = [f"**{model.vehicle.name} with {effects}**, {Path(str(flight.meta.get('source', 'flight'))).name}", ""]
+    lines += [f"The vehicle file is corrected by {corrects}.", ""] if corrects else []
     first, error = next(iter(models.items()))
     for kind, (_, more) in scales.items():
         look = "pale" if kind == "torque" else "strong"
@@ -216,7 +234,7 @@ def _about(
 def _rmse(error: EquationError, floor: Array) -> str:
     told = statistics([error])
     return ", ".join(
-        f"{axis} {told.rmse[a]:.3g} ({told.rmse[a] / floor[a]:.1f} x floor)"
+        f"{axis} {told.rmse[a]:.3g} {error.unit[_KIND[axis[0]]]} ({told.rmse[a] / floor[a]:.1f} x floor)"
         for a, axis in enumerate(AXES)
         if told.rows[a] and floor[a] > 0
     )

@@ -125,7 +125,7 @@ def diagnose_command(
             errors = [equation_error(found.model, f, start=reading.start, stop=reading.stop) for f in shown]
             k = worst_flight(errors)
             named = {n: equation_error(m, shown[k], start=reading.start, stop=reading.stop) for n, m in models.items()}
-            record_comparison(recording, shown[k], found.model, named)
+            record_comparison(recording, shown[k], found.model, named, found.beside)
         say(quiet, f"{recording}: {shown[k].meta.get('source')}")
     if save_model is not None and not found.judged:
         click.echo(f"{save_model} is not written: no axis could be judged", err=True)
