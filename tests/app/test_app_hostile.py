@@ -218,6 +218,22 @@ def test_what_is_not_ticked_is_not_saved(tmp_path, monkeypatch):
             window.save(name, ["rotor_effectiveness 2", "mass_offset"])
 
 
+def test_the_recording_after_a_diagnosis_holds_the_new_model_and_the_one_as_given(tmp_path, monkeypatch):
+    (tmp_path / "work").mkdir()
+    window, started = Window("key", Folder(tmp_path, tmp_path / "work")), []
+    monkeypatch.setattr(window, "_start", started.append)
+    window.asked = {"model": Path("vehicle.yaml"), "flights": [Path("a.csv")], "reference": False}
+    (window.work / "new.yaml").write_text("a model")
+    end = ["a.csv", "--recording", "work/key/worst.rrd"]
+    for boxes, models in (
+        ([["mass_offset"]], ["work/key/new.yaml", "--against", "vehicle.yaml"]),
+        ([], ["vehicle.yaml"]),
+    ):
+        window.answer = {"number": 1, "summary": "", "boxes": boxes, "reference": False}
+        window.record()
+        assert started.pop().words[2:] == ["compare", *models, *end]
+
+
 def test_a_safe_name_has_one_of_the_suffixes(tmp_path):
     assert safe_name("../A model!.YAML", MODELS) == "A_model.yaml"
     with pytest.raises(UsageError):

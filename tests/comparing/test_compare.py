@@ -379,6 +379,38 @@ def test_figures_and_recording_are_written(tmp_path, dragged):
         assert entity in entities
 
 
+def test_a_recording_holds_every_model_that_was_compared(tmp_path, dragged):
+    from infotraj.recording import read_back
+
+    flight, other, both, alone = (tmp_path / n for n in ("a.parquet", "other.yaml", "both.rrd", "alone.rrd"))
+    dragged.between(0.0, 4.0).write(flight)
+    save_model(Model(load_vehicle(QUADROTOR), [catalogue()["linear_drag"](d=[0.3, 0.3, 0.3])]), other)
+    assert invoke(QUADROTOR, flight, "--against", other, "--recording", both).exception is None
+    assert invoke(QUADROTOR, flight, "--recording", alone).exception is None
+    held, one = read_back(both), read_back(alone)
+    lines = {"measured": "measured", "predicted": "predicted by quadrotor", "predicted_2": "predicted by other"}
+    colors = set()
+    for axis in ("fx", "fy", "fz", "tx", "ty", "tz"):
+        of = {e.split("/")[-1]: held[e] for e in held if e.startswith(f"wrench/{axis}/")}
+        assert {k: v["SeriesLines:names"][0] for k, v in of.items()} == lines
+        left = {e.split("/")[-1]: held[e] for e in held if e.startswith(f"residual/{axis}/")}
+        assert set(left) == {"residual", "residual_2", "upper", "lower"}
+        for k in ("", "_2"):
+            assert left[f"residual{k}"]["SeriesLines:names"] == of[f"predicted{k}"]["SeriesLines:names"]
+            assert left[f"residual{k}"]["SeriesLines:colors"] == of[f"predicted{k}"]["SeriesLines:colors"]
+            drawn = of["measured"]["Scalars:scalars"] - of[f"predicted{k}"]["Scalars:scalars"]
+            np.testing.assert_allclose(left[f"residual{k}"]["Scalars:scalars"], drawn, atol=1e-12)
+        colors.add(tuple(of[k]["SeriesLines:colors"][0] >> 8 for k in lines))
+    # Measured, the first model and the second as in the report: grey, blue and vermilion.
+    assert colors == {(0x9AA1A8, 0x0072B2, 0xD55E00)}
+    fx = [np.std(held[f"residual/fx/residual{k}"]["Scalars:scalars"]) for k in ("", "_2")]
+    assert not np.isclose(*fx)
+    assert {e for e in one if e.startswith(("wrench/fx/", "residual/fx/"))} == {
+        "wrench/fx/measured", "wrench/fx/predicted", "residual/fx/residual", "residual/fx/upper", "residual/fx/lower"
+    }  # fmt: skip
+    assert one["wrench/fx/predicted"]["SeriesLines:names"] == ["predicted"]
+
+
 def test_a_residual_that_is_all_mean_is_drawn_beside_its_mean_and_says_so(quiet):
     from infotraj.plots.comparison import draw_wrench
 

@@ -21,6 +21,7 @@ from infotraj.effects import catalogue
 from infotraj.errors import InfotrajError
 from infotraj.flight import Flight
 from infotraj.models import Model
+from infotraj.recording import read_back
 from infotraj.vehicle import load_vehicle
 
 QUADROTOR = Path(__file__).parents[2] / "config" / "vehicles" / "quadrotor.yaml"
@@ -75,7 +76,9 @@ def paths(made, tmp_path):
 
 def test_the_json_has_every_key_for_every_effect(paths, tmp_path):
     new = tmp_path / "new.yaml"
-    result = run("diagnose", QUADROTOR, *paths, "--json", tmp_path / "d.json", "--save-model", new)
+    drawn = [tmp_path / f"{k}.rrd" for k in range(2)]
+    saved = ("--json", tmp_path / "d.json", "--save-model", new, "--recording", drawn[0])
+    result = run("diagnose", QUADROTOR, *paths, *saved)
     assert result.exit_code == 0
     said = json.loads((tmp_path / "d.json").read_text())
     assert said["verdict"]["supported"] == ["linear_drag"]
@@ -97,12 +100,21 @@ def test_the_json_has_every_key_for_every_effect(paths, tmp_path):
 
     # What the model has is not missing from it, and where nothing is supported the model stays as it is.
     again, last = tmp_path / "again.json", tmp_path / "last.yaml"
-    assert run("diagnose", new, *paths, "--json", again, "--save-model", last).exit_code == 0
+    saved = ("--json", again, "--save-model", last, "--recording", drawn[1])
+    assert run("diagnose", new, *paths, *saved).exit_code == 0
     said = json.loads(again.read_text())
     assert said["verdict"]["supported"] == []
     assert next(e for e in said["effects"] if e["name"] == "linear_drag")["verdict"] == "Not needed"
     old, kept = (yaml.safe_load(p.read_text()) for p in (new, last))
     assert (old["vehicle"], old["effects"]) == (kept["vehicle"], kept["effects"])
+
+    # A recording holds the new model and the one as given, where they differ.
+    first, second = ({k: v for k, v in read_back(p).items() if "/fx/" in k} for p in drawn)
+    names = {"predicted": "the new model", "predicted_2": "the model as given"}
+    assert {k: first[f"wrench/fx/{k}"]["SeriesLines:names"] for k in names} == {k: [n] for k, n in names.items()}
+    new_left, given_left = (np.std(first[f"residual/fx/{k}"]["Scalars:scalars"]) for k in ("residual", "residual_2"))
+    assert new_left < 0.3 * given_left
+    assert "wrench/fx/predicted_2" not in second
 
 
 def test_all_instances_of_an_effect_are_written_and_no_key_where_it_has_one():

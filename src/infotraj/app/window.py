@@ -212,12 +212,19 @@ class Window:
         self._start(Job("design", words, self.folder.top, done))
 
     def record(self) -> None:
-        """Records the flight on which the model is worst, and serves it to rerun's viewer on this machine."""
+        """Records the worst flight, with the new model beside the one as given where something was named.
+
+        It is served to rerun's viewer on this machine.
+        """
         if self.asked is None:
             raise UsageError(problem("nothing to record", "a diagnosis", "Diagnose first."))
-        inside = self.work.relative_to(self.folder.top) / "worst.rrd"
-        flights = map(_word, self.asked["flights"])
-        words = ["-m", "infotraj.cli", "compare", _word(self.asked["model"]), *flights, "--recording", str(inside)]
+        inside, given = self.work.relative_to(self.folder.top), _word(self.asked["model"])
+        words = ["-m", "infotraj.cli", "compare"]
+        if self.answer is not None and self.answer["boxes"] and (self.work / "new.yaml").is_file():
+            words += [str(inside / "new.yaml"), "--against", given]
+        else:
+            words += [given]
+        words += [*map(_word, self.asked["flights"]), "--recording", str(inside / "worst.rrd")]
 
         def done(job: Job) -> None:
             if job.state == "done":

@@ -158,8 +158,11 @@ def compare_command(
         from infotraj.recording.wrench import record_comparison
 
         k = worst_flight(comparison.models[0].errors)
+        stems = [Path(name).stem for name in names]
+        called = [f"predicted by {n}" for n in (stems if len(set(stems)) == len(stems) else names)]
+        errors = {name: m.errors[k] for name, m in zip(called, comparison.models, strict=True)}
         with waiting("recording"):
-            record_comparison(recording, used[k], comparison.models[0].model, comparison.models[0].errors[k])
+            record_comparison(recording, used[k], comparison.models[0].model, errors)
         say(quiet, f"{recording}: {comparison.paths[k]}")
     files.say_unmet(reading.accept, let_in.codes)
     said = thresholds.passed(comparison.models[0], limits)

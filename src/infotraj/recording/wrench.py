@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,8 @@ import rerun.blueprint as rrb
 
 from infotraj.checking.acceptance import accepted_in, accepted_lines
 from infotraj.comparing.equation_error import AXES, EquationError
+from infotraj.comparing.statistics import statistics
+from infotraj.effects import labels_in_words
 from infotraj.flight import Flight
 from infotraj.models import Model
 from infotraj.recording.scene import VEHICLE, add_scene, center_of, reach
@@ -20,37 +23,54 @@ from infotraj.recording.stream import TIMELINE, Columns, recording
 from infotraj.rotations import Array
 
 RATE, PATH_RATE = 50.0, 20.0  # samples a second of arrows and lines; of the coloured path
-MEASURED, PREDICTED, RESIDUAL, BAND = (34, 139, 34), (0, 114, 178), (213, 94, 0), (120, 175, 215)
+# As in the report and in the figures of `compare`; told apart by the colour-blind.
+MEASURED, BAND = (154, 161, 168), (120, 175, 215)
+MODELS = ((0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167), (230, 159, 0))
 WORST = 10.0  # times the floor at which the path's colour is darkest
 # From within the noise to WORST times the floor: blue, yellow, red.
 _RAMP = np.array([[86.0, 180.0, 233.0], [240.0, 228.0, 66.0], [213.0, 30.0, 30.0]])
-# Force in full, torque in lighter colours: measured, predicted, residual.
-_COLORS = {"force": (MEASURED, PREDICTED, RESIDUAL), "torque": ((150, 200, 150), (140, 190, 230), (240, 190, 90))}
+_KIND = {"f": "force", "t": "torque"}
+# Force in full, torque in lighter colours: measured, predicted, their difference.
+_COLORS = {
+    "force": (MEASURED, MODELS[0], (230, 159, 0)),
+    "torque": ((190, 195, 200), (140, 190, 230), (240, 190, 90)),
+}
 
 
-def record_comparison(path: str | Path, flight: Flight, model: Model, error: EquationError) -> None:
+def record_comparison(
+    path: str | Path,
+    flight: Flight,
+    model: Model,
+    errors: EquationError | Mapping[str, EquationError],
+    corrections: Collection[str] = (),
+) -> None:
     """Writes a recording of one flight with its measured and predicted wrench.
 
     Arrows on the vehicle, body frame: measured and predicted force, and their difference many times larger (the text
     says how many); the same for the torque. The path is coloured by the error over the floor, and one group of plots an
-    axis shows measured, predicted, and the residual with its noise band, on the viewer's one timeline.
+    axis shows measured, predicted, and the residual with its noise band, on the viewer's one timeline. errors: of
+    `model`, or of several by name, `model` first; the further ones are in the plots and in the text alone.
+    corrections: labels of its effects that correct the vehicle file.
     """
+    error = errors if isinstance(errors, EquationError) else next(iter(errors.values()))
+    models = errors if isinstance(errors, Mapping) and len(errors) > 1 else {"predicted": error}
     size = reach(model.vehicle)
     scales = _scales(error, size)
 
     def layout(columns: Columns) -> rrb.Blueprint:
         # The rotors' own thrust arrows would hide those of the wrench.
         hidden = [e for e in columns.entities if e.endswith("/thrust")]
-        return _blueprint(*center_of(flight), size, columns.spans, hidden)
+        return _blueprint(*center_of(flight), size, columns.spans, hidden, error.unit)
 
     content = pd.util.hash_pandas_object(flight.table, index=False).to_numpy().tobytes()
-    identity = hashlib.sha256(content + repr(model.effects).encode() + model.vehicle.model_dump_json().encode())
+    about = f"{model.effects!r}{model.vehicle.model_dump_json()}{list(models)}"
+    identity = hashlib.sha256(content + about.encode())
     with recording(path, "infotraj comparison", identity.hexdigest()[:24], layout) as columns:
         add_scene(columns, flight, model.vehicle)
-        columns.static("about", _about(flight, model, error, scales))
+        columns.static("about", _about(flight, model, models, scales, corrections))
         _add_path(columns, flight, error, size)
         _add_arrows(columns, error, scales, size)
-        _add_lines(columns, error)
+        _add_lines(columns, models)
 
 
 def _scales(error: EquationError, size: float) -> dict[str, tuple[float, float]]:
@@ -106,24 +126,31 @@ def _add_arrows(columns: Columns, error: EquationError, scales: dict[str, tuple[
             columns.arrow(entity, error.t[rows], np.zeros((len(rows), 3)), factor * values[rows])
 
 
-def _add_lines(columns: Columns, error: EquationError) -> None:
+def _add_lines(columns: Columns, models: Mapping[str, EquationError]) -> None:
     for a, axis in enumerate(AXES):
-        rows = np.flatnonzero(error.scored[:, a])
-        if not len(rows):
-            continue
-        rows = rows[thinned(error.t[rows], RATE)]
-        t = error.t[rows]
-        columns.series(f"wrench/{axis}/measured", t, error.measured[rows, a], "measured", MEASURED, 2.0)
-        columns.series(f"wrench/{axis}/predicted", t, error.predicted[rows, a], "predicted", PREDICTED)
-        columns.series(f"residual/{axis}/residual", t, error.residual[rows, a], "measured - predicted", RESIDUAL)
-        for side, sign in (("upper", 2.0), ("lower", -2.0)):
-            ends = t[[0, -1]]
-            name = f"{'+' if sign > 0 else '-'} 2 floor"
-            columns.series(f"residual/{axis}/{side}", ends, np.full(2, sign * error.floor[a]), name, BAND, 1.0)
+        for k, (name, error) in enumerate(models.items()):
+            rows = np.flatnonzero(error.scored[:, a])
+            if not len(rows):
+                continue
+            rows = rows[thinned(error.t[rows], RATE)]
+            t, color, number = error.t[rows], MODELS[k % len(MODELS)], f"_{k + 1}" if k else ""
+            if k == 0:
+                columns.series(f"wrench/{axis}/measured", t, error.measured[rows, a], "measured", MEASURED, 2.5)
+                for side, sign in (("upper", "+"), ("lower", "-")):
+                    edge = np.full(2, float(f"{sign}2") * error.floor[a])
+                    columns.series(f"residual/{axis}/{side}", t[[0, -1]], edge, f"{sign} 2 floor", BAND, 1.0)
+            left = name if len(models) > 1 else "measured - predicted"
+            columns.series(f"wrench/{axis}/predicted{number}", t, error.predicted[rows, a], name, color)
+            columns.series(f"residual/{axis}/residual{number}", t, error.residual[rows, a], left, color)
 
 
 def _blueprint(
-    center: Array, extent: float, size: float, spans: dict[str, tuple[float, float]], hidden: list[str]
+    center: Array,
+    extent: float,
+    size: float,
+    spans: dict[str, tuple[float, float]],
+    hidden: list[str],
+    unit: dict[str, str],
 ) -> rrb.Blueprint:
     distance = max(4.5 * size, 1.3 * extent)
     eye = center + distance * np.array([-0.55, -0.72, 0.42])
@@ -136,7 +163,7 @@ def _blueprint(
     )
     near = rrb.Spatial3DView(
         origin=VEHICLE,
-        name="Vehicle: green measured, blue predicted, orange the difference enlarged",
+        name="Vehicle: grey measured, blue predicted, orange the difference enlarged",
         contents=["+ $origin/**", *(f"- /{e}" for e in sorted(hidden))],
         eye_controls=rrb.EyeControls3D(
             position=np.array([-1.9, -2.5, 1.5]) * size, look_target=[0, 0, 0.5 * size], eye_up=[0, 0, 1]
@@ -150,12 +177,12 @@ def _blueprint(
             ("Force", AXES[:3], "wrench"),
             ("Torque", AXES[3:], "wrench"),
         )
-        if (views := [v for axis in axes if (v := _plot(kind, axis, spans)) is not None])
+        if (views := [v for a in axes if (v := _plot(kind, a, unit[_KIND[a[0]]], spans)) is not None])
     ]
     left = rrb.Vertical(scene, near, rrb.TextDocumentView(origin="about", name="About"), row_shares=[3, 3, 1.4])
     return rrb.Blueprint(
         rrb.Horizontal(left, rrb.Tabs(*tabs, active_tab=0), column_shares=[1.0, 1.1]),
-        rrb.TimePanel(state="collapsed", timeline=TIMELINE),
+        rrb.TimePanel(state="collapsed", timeline=TIMELINE, play_state="paused"),
         rrb.SelectionPanel(state="hidden"),
         rrb.BlueprintPanel(state="collapsed"),
         auto_layout=False,
@@ -163,7 +190,7 @@ def _blueprint(
     )
 
 
-def _plot(kind: str, axis: str, spans: dict[str, tuple[float, float]]) -> rrb.TimeSeriesView | None:
+def _plot(kind: str, axis: str, unit: str, spans: dict[str, tuple[float, float]]) -> rrb.TimeSeriesView | None:
     inside = [span for entity, span in spans.items() if entity.startswith(f"{kind}/{axis}/")]
     if not inside:
         return None
@@ -172,7 +199,7 @@ def _plot(kind: str, axis: str, spans: dict[str, tuple[float, float]]) -> rrb.Ti
     what = "measured - predicted, band of the noise" if kind == "residual" else "measured and predicted"
     return rrb.TimeSeriesView(
         origin=f"{kind}/{axis}",
-        name=f"{axis}: {what}",
+        name=f"{axis} [{unit}]: {what}",
         axis_x=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
         axis_y=rrb.ScalarAxis(range=(low - margin, high + margin)),
         plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop),
@@ -180,22 +207,34 @@ def _plot(kind: str, axis: str, spans: dict[str, tuple[float, float]]) -> rrb.Ti
 
 
 def _about(
-    flight: Flight, model: Model, error: EquationError, scales: dict[str, tuple[float, float]]
+    flight: Flight,
+    model: Model,
+    models: Mapping[str, EquationError],
+    scales: dict[str, tuple[float, float]],
+    corrections: Collection[str],
 ) -> rr.TextDocument:
-    effects = ", ".join(e.name for e in model.effects) or "no effects"
+    effects = labels_in_words([e.label for e in model.effects if e.label not in corrections]) or "no effects"
+    corrects = labels_in_words([e.label for e in model.effects if e.label in corrections])
     lines = [f"**{model.vehicle.name} with {effects}**, {Path(str(flight.meta.get('source', 'flight'))).name}", ""]
+    lines += [f"The vehicle file is corrected by {corrects}.", ""] if corrects else []
+    first, error = next(iter(models.items()))
     for kind, (_, more) in scales.items():
         look = "pale" if kind == "torque" else "strong"
         lines.append(
-            f"{kind} ({look} arrows): green measured, blue predicted, orange the difference, {more:.0f} times larger."
+            f"{kind} ({look} arrows): grey measured, blue {first}, orange the difference, {more:.0f} times larger."
         )
-    rms = np.sqrt(np.nanmean(np.where(error.scored, error.residual, np.nan) ** 2, axis=0)) if error.scored.any() else []
-    told = [
-        f"{axis} {rms[a]:.3g} ({rms[a] / error.floor[a]:.1f} x floor)"
-        for a, axis in enumerate(AXES)
-        if error.scored[:, a].any() and error.floor[a] > 0
-    ]
-    lines += ["", "RMSE: " + ", ".join(told), "", error.filter]
+    for name, one in models.items():
+        lines.append(f"\nRMSE{f', {name}' if len(models) > 1 else ''}: {_rmse(one, error.floor)}")
+    lines += ["", error.filter]
     lines += [f"\n{line}" for line in accepted_lines(accepted_in([flight]))]
     lines += [f"\n{axis}: {why}" for axis, why in error.reasons.items()]
     return rr.TextDocument("\n".join(lines), media_type=rr.MediaType.MARKDOWN)
+
+
+def _rmse(error: EquationError, floor: Array) -> str:
+    told = statistics([error])
+    return ", ".join(
+        f"{axis} {told.rmse[a]:.3g} {error.unit[_KIND[axis[0]]]} ({told.rmse[a] / floor[a]:.1f} x floor)"
+        for a, axis in enumerate(AXES)
+        if told.rows[a] and floor[a] > 0
+    )

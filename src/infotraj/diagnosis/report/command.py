@@ -116,10 +116,16 @@ def diagnose_command(
         from infotraj.recording.wrench import record_comparison
 
         shown = [s.flight for s in found.samples]
+        models = {"the new model": found.model}
+        if found.after is not found.before and found.healthy is None:
+            models["the model as given"] = asked.read
+        elif found.after is not found.before:
+            models["the model of the healthy flights"] = found.search.observation.model([])
         with waiting("recording"):
             errors = [equation_error(found.model, f, start=reading.start, stop=reading.stop) for f in shown]
             k = worst_flight(errors)
-            record_comparison(recording, shown[k], found.model, errors[k])
+            named = {n: equation_error(m, shown[k], start=reading.start, stop=reading.stop) for n, m in models.items()}
+            record_comparison(recording, shown[k], found.model, named, found.beside)
         say(quiet, f"{recording}: {shown[k].meta.get('source')}")
     if save_model is not None and not found.judged:
         click.echo(f"{save_model} is not written: no axis could be judged", err=True)
