@@ -1,0 +1,83 @@
+"""What a vehicle file that is off in several kinds of numbers is off by is no missing effect."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from linear_fits import ROWS, linear_fit
+
+from infotraj.diagnosis.judge.in_line import in_line
+from infotraj.diagnosis.judge.verdicts import Finding
+from infotraj.diagnosis.select.prior import Scales
+
+ROTORS = [f"rotor_effectiveness {k}" for k in range(4)]
+NAMES = ["mass_offset", *ROTORS, "inertia_error", "moment_scale"]
+SHARE = np.array([0.05, *4 * [0.15], 0.15, 0.3])  # of a number is its usual size
+
+
+def fitted(off, chosen, scale=0.05):
+    """A file that is off by these shares (7,), beside a set of effects, as `test_diagnosis_anchor` has them."""
+
+    def rows(rng, k):
+        lift, roll, yaw = rng.normal(0.0, 30.0, (3, ROWS))
+        each = rng.normal(0.0, 30.0, (ROWS, 4))
+        x = np.zeros((ROWS, 8))
+        x[:, 1], x[:, 6], x[:, 7] = -lift, -roll - yaw, yaw
+        x[:, 2:6] = (lift + roll + yaw)[:, None] / 4.0 + each - each.mean(axis=1, keepdims=True)
+        x[:, 0] = x[:, 1:] @ np.array(off, dtype=float) + rng.normal(size=ROWS)
+        x[:, 1:] *= SHARE
+        return x
+
+    _, whole = linear_fit(NAMES, rows, chosen)
+    scales = Scales(scale)
+    return replace(whole, scales=scales, solution=whole.linear.scorer(scales).solution(whole.chosen))
+
+
+def named(*names, group=()):
+    return [Finding(n, "Supported", group or (n,), None, {}, {}) for n in names]
+
+
+FOUR = ["mass_offset", "rotor_effectiveness 3", "inertia_error", "moment_scale"]
+
+
+def test_a_file_that_is_off_by_as_much_in_every_kind_lacks_nothing():
+    """Its rotors agree but for one of 2 %, and so it looked exact: four names."""
+    told = fitted([0.02, 0.0, 0.0, 0.0, 0.02, 0.08, 0.09], FOUR)
+    why = in_line(named(*(x.split()[0] for x in FOUR)), told)
+    assert sorted(why) == ["inertia_error", "mass_offset", "moment_scale", "rotor_effectiveness"]
+    assert "no further off than this vehicle file is" in why["inertia_error"]
+
+
+@pytest.mark.parametrize("name", ["inertia_error", "moment_scale", "rotor_effectiveness 3", "mass_offset"])
+def test_beside_an_exact_file_a_small_number_is_missing(name):
+    off = np.zeros(7)
+    off[NAMES.index(name)] = 0.03
+    assert in_line(named(name.split()[0]), fitted(off, [name])) == {}
+
+
+def test_two_kinds_that_are_off_beside_an_exact_rest_are_missing():
+    """Flights cannot tell what mass, thrusts and inertia have in common: the rest of the file does."""
+    told = fitted([0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.3], ["mass_offset", "moment_scale"])
+    assert in_line(named("mass_offset", "moment_scale"), told) == {}
+
+
+def test_a_rotor_is_held_against_the_others_whatever_else_is_off():
+    weak = fitted([0.02, 0.0, 0.0, 0.0, -0.15, 0.08, 0.09], FOUR)
+    assert "rotor_effectiveness" not in in_line(named(*(x.split()[0] for x in FOUR)), weak)
+    # Among rotors that differ by 5 % each one of 8 % is none.
+    uneven = fitted([0.0, 0.05, -0.05, 0.05, -0.08, 0.08, 0.09], ["rotor_effectiveness 3"], scale=5.0)
+    assert list(in_line(named("rotor_effectiveness"), uneven)) == ["rotor_effectiveness"]
+
+
+def test_of_names_that_are_not_told_apart_all_have_to_be_the_file_s():
+    told = fitted([0.02, 0.0, 0.0, 0.0, 0.02, 0.08, 0.09], FOUR)
+    both = ("inertia_error", "com_offset")
+    assert in_line(named(*both, group=both), told) == {}
+
+
+def test_a_drag_and_a_change_from_healthy_flights_are_no_numbers_of_the_file():
+    told = fitted([0.02, 0.0, 0.0, 0.0, 0.02, 0.08, 0.09], FOUR)
+    assert in_line(named("linear_drag"), told) == {}
+    healthy = SimpleNamespace(linear=SimpleNamespace(observation=SimpleNamespace(healthy=object())))
+    assert in_line(named("mass_offset"), healthy) == {}
