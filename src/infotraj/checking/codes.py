@@ -31,7 +31,7 @@ CHECKED = (
 )  # fmt: skip
 # Of `diagnose`: why it refuses axes, in the order of docs/diagnosis.md (response_before_command is check's too).
 REFUSED = (
-    "hovers", "actuators_constant", "actuators_sparse", "commands_unrelated", "wrong_vehicle_file", "axis_unexplained",
+    "hovers", "actuators_constant", "actuators_sparse", "commands_unrelated", "wrong_vehicle_file",
     "axis_disagrees", "rotor_saturated", "impossible_inertia",
 )  # fmt: skip
 CODES = CHECKED + REFUSED
