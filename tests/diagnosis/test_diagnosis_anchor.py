@@ -132,3 +132,18 @@ def test_a_mass_beside_a_force_that_is_commanded_is_as_exact_as_that_force_is(ch
     of = {k: getattr(whole, k) for k in ("chosen", "solution", "scales", "held", "scorer")}
     mass, force = np.sqrt(np.diag(_covariance(SimpleNamespace(linear=linear, **of), 1.0)))[:2] * [0.05, 0.1]
     assert [mass, force] == pytest.approx([error, error], rel=0.03)
+
+
+def test_a_commanded_force_that_the_model_has_already_is_one_number():
+    def rows(rng, k):
+        lift = rng.normal(0.0, 30.0, ROWS)
+        return np.column_stack([rng.normal(size=ROWS), -0.05 * lift, 0.1 * lift])
+
+    _, whole = linear_fit(["mass_offset", "thrust_scale"], rows, ["mass_offset"])
+    own = whole.linear
+    point = tuple(replace(m, held=m.candidate.name == "thrust_scale") for m in own.point)
+    flown = SimpleNamespace(**{**vars(own.observation), "vehicle": VEHICLE.model_copy(update={"rotors": ()})})
+    held = replace(own, point=point, observation=flown)
+    made = replace(whole, linear=held, scales=Scales(1.0))
+    assert held.kept == (1,)
+    assert np.all(np.isfinite(told_errors(made)))

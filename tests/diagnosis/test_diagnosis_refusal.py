@@ -84,3 +84,6 @@ def test_a_prediction_that_was_made_small_until_the_error_was_noise_is_none():
     # A gentle flight of which the rest is noise: what is no noise goes with the prediction, as was not so before.
     right = errors_of(wanted + noise, wanted, 1.0)
     assert hardly_predicted(right, errors_of(wanted + noise, 5.0 * wanted, 1.0)) == {}
+    # Without noise, and without motion, nothing is said, and nothing is divided by.
+    still = errors_of(np.zeros_like(noise), np.zeros_like(noise), 0.0)
+    assert set(hardly_predicted(still, still)) == set()

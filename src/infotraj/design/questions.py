@@ -67,7 +67,7 @@ def open_questions(found: Diagnosis) -> list[Asked]:
         asked += [separated(found, a, b) for a, b in told]
     inside = set(found.whole.labels)
     for f in found.findings:
-        if f.verdict == "Plausible" and f.evidence is not None and len(asked) < _MOST:
+        if f.verdict == "Plausible" and not f.of_file and f.evidence is not None and len(asked) < _MOST:
             label = _label(found, f.name)
             rest = [x for x in found.whole.labels if x != label]
             with_it = found.whole if label in inside else _fitted(found, [*rest, label])

@@ -233,6 +233,7 @@ def diagnose(
     errors = tuple(numbers.get(m.candidate.label, {}) for m in added) if chosen else ()
     sure = {f.name for f in findings if f.verdict in CONFIDENT}
     unsure = {f.name: f"{f.name}: {f.reason}" for f in findings if f.unsure}
+    own = {f.name for f in findings if f.of_file}
     return Diagnosis(
         findings,
         supported,
@@ -245,7 +246,7 @@ def diagnose(
         after,
         after_model,
         errors,
-        file_numbers(told, sure, unsure, asked.faint(told)) if search.known else (),
+        file_numbers(told, sure, unsure, asked.faint(told), own) if search.known else (),
         beyond_bounds(added, vehicle),
         search,
         told,

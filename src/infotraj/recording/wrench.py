@@ -64,7 +64,8 @@ def record_comparison(
 
     content = pd.util.hash_pandas_object(flight.table, index=False).to_numpy().tobytes()
     about = f"{model.effects!r}{model.vehicle.model_dump_json()}{list(models)}"
-    identity = hashlib.sha256(content + about.encode())
+    predicted = b"".join(np.ascontiguousarray(e.predicted).tobytes() for e in models.values())
+    identity = hashlib.sha256(content + about.encode() + predicted)
     with recording(path, "infotraj comparison", identity.hexdigest()[:24], layout) as columns:
         add_scene(columns, flight, model.vehicle)
         columns.static("about", _about(flight, model, models, scales, corrections))

@@ -84,8 +84,9 @@ def hardly_predicted(made: Sequence[EquationError], given: Sequence[EquationErro
     the fit. Where both are near the floor, nothing says that a prediction fails: it may be as small as the noise.
     """
     after, before = statistics(made), statistics(given)
-    far = np.fmax(after.rmse / after.floor, before.rmse / before.floor) > _ABOVE_FLOOR
-    moves = np.clip(1.0 - np.square(after.floor / np.maximum(after.spread, 1e-300)), _LEAST_MOVED, 1.0)
+    far = (after.rmse > _ABOVE_FLOOR * after.floor) | (before.rmse > _ABOVE_FLOOR * before.floor)
+    noise = np.minimum(after.floor, after.spread) / np.maximum(after.spread, 1e-300)
+    moves = np.maximum(1.0 - noise**2, _LEAST_MOVED)
     shares = np.minimum(coherence(made) / moves, 1.0)
     return {a: float(shares[i]) for i, a in enumerate(AXES) if a[0] == "t" and far[i] and shares[i] < HALF_EXPLAINED}
 

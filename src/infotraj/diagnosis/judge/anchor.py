@@ -127,7 +127,7 @@ def _covariance(made: Fit, scale: float, wider: float = 1.0, force: bool = True)
     scorer, prior = made.linear.scorer(_scales(made, scale), made.held), _prior(made, scale)
     free = scorer.covariance(made.chosen)[0]
     chosen = {i for k in made.chosen for i in made.linear.choices[k].columns}
-    free = np.array([*free, *(i for i in _force(made) if force and i not in chosen)], dtype=int)
+    free = np.array([*free, *(i for i in _force(made) if force and i not in {*chosen, *free})], dtype=int)
     size = np.sqrt(np.diag(prior)[free])
     known = np.linalg.inv(prior[np.ix_(free, free)] / np.outer(size, size))
     gram = scorer.parts[0][1:, 1:][np.ix_(free, free)] * np.outer(size, size) / wider

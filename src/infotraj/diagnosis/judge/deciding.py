@@ -116,7 +116,7 @@ def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
             # What makes up for one another takes nothing off the model as given.
             lost = dict.fromkeys(sorted(confident), _NO_BETTER)
         # What is the file's own error is corrected beside the rest, and stays in the set.
-        own = {} if lost else in_line(findings, told)
+        own = {} if lost else in_line(findings, told, stand)
         rest = [x for x in told.labels if x not in ended or x.split()[0] not in confident]
         if not lost and not own and len(rest) == len(told.labels):
             findings = _with_held_back(findings, made.held_back | _still(told))
@@ -126,9 +126,10 @@ def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
             return _with_apart(findings, made, beside), told, made
         why |= lost | own
         impossible |= lost.keys() & {x.split()[0] for x in at_bound.keys() - made.lost.keys()}
-        demoted = _demoted(findings, why, impossible)
-        out |= {f.name: f for f in demoted if f.name in confident and f.verdict not in CONFIDENT}
         stay |= own.keys()
+        demoted = _demoted(findings, why, impossible)
+        demoted = tuple(replace(f, of_file=f.name in stay) for f in demoted)
+        out |= {f.name: f for f in demoted if f.name in confident and f.verdict not in CONFIDENT}
         findings, rest = demoted, [x for x in rest if x.split()[0] not in out.keys() - stay]
         changed = len(rest) < len(told.labels)
         if changed:

@@ -7,12 +7,13 @@ numbers; how far one rotor may differ, by the other rotors. What is within that 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 
 import numpy as np
 
 from infotraj.diagnosis.judge.anchor import errors_beside, kinds_off
 from infotraj.diagnosis.judge.evidence import overdispersion
+from infotraj.diagnosis.judge.groups import Rival
 from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS, ORDINARY, out_of_line, thrust_over_mass
 from infotraj.diagnosis.judge.verdicts import CONFIDENT, Finding
 from infotraj.diagnosis.select.fit import Fit
@@ -23,18 +24,24 @@ _RATIO = 0.011  # of thrust over mass, in a file that is right to 1 %: all thrus
 _ROTOR = "rotor_effectiveness"
 
 
-def in_line(findings: Sequence[Finding], told: Fit) -> dict[str, str]:
+def in_line(findings: Sequence[Finding], told: Fit, stand: Mapping[str, Rival]) -> dict[str, str]:
     """Names told with confidence that are what this file is off by, and the reason; none against healthy flights.
 
-    told: the set of what is needed, beside a file that is free to be wrong. Of names that flights do not tell apart all
-    have to be.
+    told: the set of what is needed, beside a file that is free to be wrong; stand: fits of what stands for a group, by
+    name. Of names that flights do not tell apart all have to be the file's.
     """
     if told.linear.observation.healthy is not None:
         return {}
     sure = {f.name: f for f in findings if f.verdict in CONFIDENT}
     off = _off(told) if sure else 0.0
-    why = {name: reason for name in sure if (reason := _ordinary(name, told, off, sure))}
-    return {name: reason for name, reason in why.items() if set(sure[name].group) <= why.keys()}
+    inside = {x.split()[0] for x in told.labels}
+    fits = {n: told if n in inside or n not in stand else stand[n].fit for n in sure}
+    why = {n: reason for n, fit in fits.items() if (reason := _ordinary(n, fit, off, sure))}
+    while True:
+        together = {x for f in sure.values() if not {f.name, *f.group} <= why.keys() for x in (f.name, *f.group)}
+        if not together & why.keys():
+            return why
+        why = {n: reason for n, reason in why.items() if n not in together}
 
 
 def _off(told: Fit) -> float:
@@ -47,10 +54,8 @@ def _ordinary(name: str, told: Fit, off: float, sure: Iterable[str]) -> str:
     """Why the numbers of an effect are within what this file is off by; empty where they are not, or are no file's."""
     columns, theta = told.linear.columns, told.solution.theta
     if name in OF_THRUST_OVER_MASS:
-        if any(c.candidate.name == "coaxial_loss" and c.candidate.label in told.labels for c in columns):
-            return ""
         named = set(sure) - OF_THRUST_OVER_MASS
-        if out_of_line(told, named):
+        if not _shows_ratio(told, named) or out_of_line(told, named):
             return ""
         least = ORDINARY * _RATIO * off
         return _words(off) if all(abs(np.log(n.value)) < least for n in thrust_over_mass(told, named)) else ""
@@ -63,6 +68,14 @@ def _ordinary(name: str, told: Fit, off: float, sure: Iterable[str]) -> str:
         return ""
     error = np.hypot(errors_beside(told, off), told.linear.spike(Scales(off)))[own]
     return _words(off) if np.all(np.abs(theta[own]) < ORDINARY * error) else ""
+
+
+def _shows_ratio(told: Fit, named: Container[str]) -> bool:
+    """Whether these flights have a thrust over mass that is not told by another name."""
+    rotors = [c.candidate for c in told.linear.columns if c.candidate.name == _ROTOR]
+    others = [c for c in rotors if _ROTOR not in named or c.label not in told.labels]
+    lost = any(x.split()[0] == "coaxial_loss" for x in told.labels)
+    return bool(told.linear.observation.vehicle.mass) and not lost and bool(others or not rotors)
 
 
 def _alike(told: Fit, each: float) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -99,12 +100,17 @@ def by_parameter(m: Member, values: Array) -> dict[str, Any]:
 
 
 def file_numbers(
-    made: Fit, named: Container[str], unsure: Mapping[str, str] | None = None, faint: Mapping[str, float] | None = None
+    made: Fit,
+    named: Container[str],
+    unsure: Mapping[str, str] | None = None,
+    faint: Mapping[str, float] | None = None,
+    own_error: AbstractSet[str] = frozenset(),
 ) -> tuple[FileNumber, ...]:
     """The numbers of the vehicle file, its clocks and frames, that these flights show to be off.
 
     named: effects that are named. What is found and not named may be the file's as well: it is told here. unsure: why
-    numbers of effects may be wrong; faint: axes of torque that the set hardly predicts, and the share that it does.
+    numbers of effects may be wrong; faint: axes of torque that the set hardly predicts, and the share that it does;
+    own_error: effects in the set that are what the file is off by.
     """
     vehicle = made.linear.observation.vehicle
     if made.linear.observation.healthy is not None:
@@ -112,7 +118,9 @@ def file_numbers(
     reasons, faint = unsure or {}, faint or {}
     inside = {x: reasons.get(x.split()[0], "") for x in made.labels}
     of_ratio = next((r for x, r in inside.items() if r and x in OF_THRUST_OVER_MASS), "")
-    out = [replace(n, doubt=of_ratio) for n in thrust_over_mass(made, named, faint=faint)]
+    in_line = bool(OF_THRUST_OVER_MASS & own_error)
+    ratio = thrust_over_mass(made, named, faint=faint)
+    out = [replace(n, doubt=of_ratio, ordinary=n.ordinary or in_line) for n in ratio]
     for c, theta, deviation, spike in _off(made, named):
         kind = c.candidate.cls.declared
         assert kind is not None  # a number of the file is declared
@@ -122,7 +130,7 @@ def file_numbers(
         error = abs(deviation * per * c.scale) * at.slope(moved)
         value, unit = declared + per * (moved - at.absent), _unit(c.candidate, at.parameter, name)
         ordinary, own = (
-            bool(abs(theta) < ORDINARY * spike),
+            bool(abs(theta) < ORDINARY * spike) or c.candidate.name in own_error,
             np.array([x is c for x in made.linear.columns], dtype=float),
         )
         takes, on = _most(_takes(made, own, faint)) if kind.alone else (0.0, ())

@@ -33,7 +33,8 @@ _WORSE = "flights that were not fitted are predicted worse with it, all of them"
 @dataclass(frozen=True)
 class Finding:
     """One effect: its verdict, group, evidence, and numbers where it was fitted. `reason`: why, in words; unsure: that
-    is, that these numbers may be wrong, not only whether they are of an effect or of the file."""
+    is, that these numbers may be wrong, not only whether they are of an effect or of the file; of_file: they are the
+    file's own error, and no question is open."""
 
     name: str
     verdict: str
@@ -44,6 +45,7 @@ class Finding:
     reason: str = ""
     instances: tuple[dict[str, Any], ...] = ()
     unsure: bool = False
+    of_file: bool = False
 
 
 _Alike = tuple[Member, dict[str, Any], Rival | None]  # a member of a group, its standard errors, and its fit

@@ -90,7 +90,7 @@ def _groups(found: Diagnosis) -> list[tuple[str, ...]]:
 def flight_command(found: Diagnosis, model: Path) -> str | None:
     """The command that designs the flight which tells what these could not; None where they could tell everything."""
     group = next((g for g in _groups(found) if not _weighed(g)), ())
-    open_questions = bool(group) or any(f.verdict == "Plausible" for f in found.findings)
+    open_questions = bool(group) or any(f.verdict == "Plausible" and not f.of_file for f in found.findings)
     if not found.judged or found.healthy is not None or not open_questions:
         return None
     asked = f" --separate {group[0]} {group[1]}" if group else ""

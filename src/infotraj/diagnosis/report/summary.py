@@ -281,7 +281,7 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
         lines.append("after: the new model, fitted to all of these flights; floor: that of the new model")
         lines += [x for axis, x in worse_lines(found.before, found.after).items() if axis not in found.refused]
     lines += [
-        f"{axis}: only {100 * share:.0f} % of the measured torque goes with what the model predicts"
+        f"{axis}: only {100 * share:.0f} % of the measured torque, noise left aside, goes with what the model predicts"
         for axis, share in found.faint.items()
         if axis not in found.refused
     ]
