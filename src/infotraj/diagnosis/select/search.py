@@ -6,7 +6,7 @@ made linear again around what was found (Gauss and Newton), file numbers include
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 
@@ -54,7 +54,8 @@ class Search:
             begun = replace(like, linear=now, chosen=now.labelled(like.labels), known=self.known, held=None)
             found = self._from(self._searched(begun))
         reached("bounds")
-        return self._within(found)
+        best = max((found, *self._partnered(found)), key=lambda f: f.worth)
+        return self._within(found if best is found else self._settled(best, best.labels, 3 * _ROUNDS, False))
 
     def _from(self, made: Fit) -> Fit:
         """The best set, from a fit on: made linear around it and searched again until it settles."""
@@ -138,6 +139,31 @@ class Search:
         """The same set without the numbers that stay absent."""
         now = replace(made.linear, observation=self.observation)
         return self.fitted(made.labels, replace(made, linear=now), go_on=True)
+
+    def _partnered(self, found: Fit) -> Iterator[Fit]:
+        """The same with what an effect acts beside exchanged, under the same weights: its columns are made anew.
+
+        An exchange that is worth less than the set without that effect is left.
+        """
+        names = {m.candidate.name for m in found.members}
+        tried: set[frozenset[str]] = set()
+        for m in found.members:
+            partners = [x for x in found.members if x.candidate.name in m.candidate.cls.beside and not x.held]
+            others = [
+                c for c in self.known if c.name in set(m.candidate.cls.beside) - names and c.label not in self.barred
+            ]
+            rest = tuple(i for i in found.chosen if found.linear.choices[i].label != m.candidate.label)
+            for partner, other in product(partners, others) if not m.held else ():
+                labels = [other.label if x == partner.candidate.label else x for x in found.labels]
+                if frozenset(labels) in tried:
+                    continue
+                tried.add(frozenset(labels))
+                made = self.fitted(labels, found)
+                if made.worth < float(found.scorer.scores([rest])[0]):
+                    continue
+                again = self._searched(made)
+                self._say(again)
+                yield self._settled(again, again.labels, 1, True)
 
     def named(self, now: Linear, labels: Sequence[str]) -> Fit:
         """The effects that are asked for, whether these flights need them or not, fitted beside the file's numbers.
