@@ -14,6 +14,7 @@ from infotraj.diagnosis.judge.evidence import (
     any_of,
     evidence,
     form_error,
+    gain_beside,
     left_by_set,
     moving,
     overdispersion,
@@ -114,6 +115,10 @@ def test_what_moves_an_axis_by_less_than_a_thousandth_does_not_act_there():
     """Of the mean square a row, whatever the number of rows."""
     assert evidence(fit(0.1), "linear_drag", RNG).falls
     assert not evidence(fit(0.01), "linear_drag", RNG).falls
+
+
+def test_one_more_effect_gains_what_its_column_takes_off():
+    assert gain_beside(fit(1.0, chosen=()), 0) == pytest.approx(0.5 * np.log(2.0), abs=0.04)
 
 
 def test_what_a_set_leaves_is_the_logarithm_of_the_root_mean_square():

@@ -99,6 +99,23 @@ def test_the_simplest_of_those_that_predict_best_stands_for_a_group(names, resem
     assert order_of(names, resembles) == order
 
 
+def test_what_a_rival_adds_counts_only_where_it_predicts(monkeypatch):
+    """Both columns hold a little of their own: sure in these data, and less than a sixth of the error."""
+
+    def rows(rng, _):
+        x = np.zeros((ROWS, 3))
+        x[:, 1:] = rng.standard_normal(ROWS)[:, None] + 0.4 * rng.standard_normal((ROWS, 2))
+        x[:, 0] = 0.8 * x[:, 1] + 0.84 * x[:, 2] + rng.standard_normal(ROWS)
+        return x
+
+    search, whole = linear_fit(["linear_drag", "rotor_drag"], rows, ["linear_drag"])
+    both = whole.scorer.scores([(*whole.chosen, 1)])[0]
+    assert both - search.fitted(["rotor_drag"], whole).solution.score > 2 * AS_PROBABLE
+    assert [r.label for r in rivals(search, whole, "linear_drag", 0.0)] == ["rotor_drag"]
+    monkeypatch.setattr("infotraj.diagnosis.judge.groups.TELLS", 0.0)
+    assert rivals(search, whole, "linear_drag", 0.0) == []
+
+
 def test_what_is_taken_off_another_axis_is_not_the_same_error():
     takes = np.array([0.0, 0.1, 0.9])
     assert groups._shared(takes, np.array([2.0, 0.0, 0.0])) == 0.0

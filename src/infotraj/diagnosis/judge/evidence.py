@@ -146,6 +146,13 @@ def evidence_of_absent(whole: Fit, choice: int, rng: np.random.Generator) -> Evi
     return _against(whole, without, with_it, nats, mine, rng, added.theta)
 
 
+def gain_beside(whole: Fit, choice: int) -> float:
+    """The logarithm by which errors of flights that were not fitted fall with one more effect: `Evidence.gain`."""
+    added, mine = whole.scorer.solution((*whole.chosen, choice)), whole.linear.choices[choice].columns
+    without, kept = _Left.of(whole, whole.solution.each), _Left.of(whole, added.each)
+    return float(_falls(without, kept)[acts(whole.linear.absent, mine, added.theta, kept.believed)].sum())
+
+
 def _against(
     whole: Fit, out: _Left, kept: _Left, nats: float, mine: Sequence[int], rng: np.random.Generator, theta: Array
 ) -> Evidence:

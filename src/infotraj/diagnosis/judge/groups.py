@@ -3,8 +3,8 @@
 An effect belongs to the group of another when, in its place, it takes most of the same error off flights that were not
 fitted, axis by axis, and leaves the data as probable (odds below twenty to one, tempered by how much the data scatter
 beyond the noise model) or, beside the file as it is and beside one as wrong as this, nothing that matters. What it
-explains elsewhere makes it no rival, however probable that is; what it explains beside the other as well is none of the
-other's: only what the other adds to it tells them apart.
+explains elsewhere makes it no rival, however probable that is; what it explains beside the other as well, and predicts,
+is none of the other's: only what the other adds to it tells them apart.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import numpy as np
 from infotraj.diagnosis.judge.anchor import anchored, off_by
 from infotraj.diagnosis.judge.evidence import (
     acts,
+    gain_beside,
     left_beside,
     left_by_set,
     overdispersion,
@@ -51,8 +52,13 @@ def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival
     mine = [i for i, c in enumerate(linear.columns) if c.candidate.label == label]
     inside = set(whole.labels)
     open_to = [i for i, c in enumerate(linear.choices) if np.isfinite(c.price) and c.label not in inside]
+    if not open_to:
+        return []
     scores = whole.scorer.scores([rest, *((*rest, i) for i in open_to)])
     together = np.maximum(whole.scorer.scores([(*whole.chosen, i) for i in open_to]), whole.solution.score)
+    for k in np.flatnonzero(together > whole.solution.score):
+        if gain_beside(whole, open_to[k]) < TELLS:
+            together[k] = whole.solution.score
     least = AS_PROBABLE * overdispersion(whole)[0]
     gain = whole.solution.score - scores[0]
     now = left_by_set(whole)
