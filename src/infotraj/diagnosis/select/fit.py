@@ -90,6 +90,10 @@ class Fit:
         """Its score where the numbers are that its model was made linear around, not where that leads."""
         return self.solution.score - 0.5 * max(self.gain_left, 0.0)
 
+    def may_fall(self, share: float) -> bool:
+        """Whether the error would still fall by more than a share of what the solution leaves."""
+        return self.gain_left > share * self.linear.absent.whole_error(self.solution.theta)
+
     @cached_property
     def gain_left(self) -> float:
         """By how much the weighted squared error would still fall from where the model is to the solution's numbers.

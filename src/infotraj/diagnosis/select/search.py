@@ -25,6 +25,7 @@ from infotraj.progress import pieces, reached
 
 _ROUNDS = 5
 _SETTLED = 1.0  # weighted squared error by which a last step may still fall
+_FAR = 0.1  # of the error, by which it may still fall where rounds ran out: with more the numbers are not found yet
 _HALVES = 5
 _CHEAP = 6  # steps with the columns that there are, for one that makes them anew
 _ALIKE = 0.1  # of what a step promised may be promised again beside columns that are as good as new ones
@@ -112,6 +113,8 @@ class Search:
         Of several at a bound the one goes that is worth least; what it stood for is searched anew.
         """
         while True:
+            if made.may_fall(_FAR):
+                made = self._settled(made, made.labels, 3 * _ROUNDS, False)
             inside = {m.candidate.label for m in made.members if not m.held}
             ended = {k: v for k, v in beyond_bounds(made.members, self.observation.vehicle).items() if k in inside}
             if not ended:
