@@ -24,6 +24,7 @@ from infotraj.diagnosis.judge.evidence import (
     translated,
 )
 from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS
+from infotraj.diagnosis.select.around import linearised
 from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.fit import Fit
 from infotraj.diagnosis.select.predicting import TELLS
@@ -35,6 +36,7 @@ _NEAR = 0.5  # of what an effect gains: a linear rival with as much is fitted be
 _MOSTLY = 0.5  # of the error that an effect takes off: what a rival takes at least, and may leave
 _ALONE = 10.0  # times the nats that tell two apart: a number that explains so much less could not stand there
 _MOST = 4  # rivals that are fitted
+_TIMED = ("actuators", "measurement")  # places of effects that shift in time
 
 
 @dataclass(frozen=True)
@@ -84,11 +86,19 @@ def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival
     )
     left = left_beside(whole, whole.solution.each, own)
     takes, found = np.maximum(without - left, 0.0), []
+    start, late = _in_time(search, whole, label) if sure else (whole, {})
     # Flights tell thrust over mass. Which of the two is off moments of inertia tell, as exactly as the file has them.
     of_ratio = label.split()[0] in OF_THRUST_OVER_MASS and linear.observation.healthy is None
     off = off_by(whole) if of_ratio else 0.0
+    begun = {name: [whole] for name in best}
+    for name, adds in late.items():
+        i = next(i for i in open_to if linear.choices[i].label == name)
+        if adds < max(_NEAR * gain, least):
+            best.setdefault(name, _Near(adds, np.inf, float(together[open_to.index(i)])))
+            begun.setdefault(name, []).append(start)
     for name in sorted(best, key=lambda n: best[n].adds)[:_MOST]:
-        made = search.fitted([*(linear.choices[i].label for i in rest), name], whole)
+        labels = [*(linear.choices[i].label for i in rest), name]
+        made = max((search.fitted(labels, x) for x in begun[name]), key=lambda f: f.worth)
         if name in beyond_bounds(made.members, linear.observation.vehicle):
             continue
         both = best[name].both
@@ -103,7 +113,8 @@ def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival
         there = left_beside(made, made.scorer.beside(made.chosen, near, replaced), own)
         if takes.sum() >= TELLS and _shared(takes, without - there) <= _MOSTLY:
             continue
-        as_good = best[name].rise < min(matters, _MOSTLY * alone)
+        rise = best[name].rise if np.isfinite(best[name].rise) else float(np.expm1(2.0 * np.max(there - left)))
+        as_good = rise < min(matters, _MOSTLY * alone)
         as_good = as_good and _shared(as_it_is - now, as_it_is - left_by_set(made)) > _MOSTLY
         if as_good or (sure and both - made.solution.score < least):
             found.append(Rival(name, _instead(search, made, label, least)))
@@ -122,6 +133,28 @@ def _instead(search: Search, made: Fit, label: str, least: float) -> Fit:
     alone = replace(search, observation=replace(o, still=o.still | mine))
     instead = alone.fitted(made.labels, replace(made, linear=replace(made.linear, observation=alone.observation)))
     return instead if instead.worth > made.worth - _ALONE * least else made
+
+
+def _in_time(search: Search, whole: Fit, label: str) -> tuple[Fit, dict[str, float]]:
+    """A set without one of its effects that shift in time, and by how many nats each other of them is worse in its
+    place, by label.
+
+    A delay and a lag do the same to what is slow. From a model that has one of them the other is two steps away that
+    are not linear, from one without either it is one.
+    """
+    timed = {c.label: () for c in search.known if not c.cls.linear and c.cls.place in _TIMED}
+    if label not in timed:
+        return whole, {}
+    now, stay = whole.linear, [x for x in whole.labels if x != label]
+    point = [m for m in now.point if m.candidate.label != label]
+    there = linearised(search.observation, point, search.known, timed, like=now, frozen=True)
+    rest = there.labelled(stay)
+    scorer = there.scorer(whole.scales, whole.held)
+    others = [x for x in timed if x not in whole.labels and x not in search.barred]
+    choices = [(*rest, i) for i in there.labelled([label, *others])]
+    own, *scores = scorer.scores(choices)
+    begun = replace(whole, linear=there, chosen=rest, solution=scorer.solution(rest))
+    return begun, {x: float(own - y) for x, y in zip(others, scores, strict=True) if np.isfinite(y)}
 
 
 def _shared(takes: Array, other: Array) -> float:
