@@ -2,17 +2,19 @@
 
 import json
 import re
+import shlex
 from pathlib import Path
 
 import numpy as np
 import pytest
-from check_flights import SPOILED, V, simulated
+from check_flights import SPOILED, Q, V, simulated
 from click.testing import CliRunner
 
 from infotraj.checking.command import check_command
 from infotraj.datasets.location import find_dataset
 from infotraj.flight import read_flight
 from infotraj.importing.command import import_command
+from infotraj.rotations import from_euler, to_euler
 
 FLIGHT = simulated(8, duration=12.0)
 QUAD = Path(__file__).parents[2] / "examples" / "quad"
@@ -59,6 +61,24 @@ def test_the_next_line_of_a_log_makes_the_folder_that_it_names(tmp_path, monkeyp
     assert words == ["log.parquet", "--set", "battery.scale=1", "-o", "flights/"]
     assert CliRunner().invoke(import_command, words, catch_exceptions=False).exit_code == 0
     assert (tmp_path / "flights" / "log.parquet").is_file()
+
+
+@pytest.mark.parametrize("way", ["--fix", "--set"])
+def test_a_quaternion_whose_pitch_has_the_other_sign_is_mended_by_the_command_that_is_told(way, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    roll, pitch, yaw = to_euler(FLIGHT.table[Q].to_numpy()).T
+    turned = dict(zip(Q, from_euler(roll, -pitch, yaw).T, strict=True))
+    FLIGHT.table.assign(**turned).to_csv("log.csv", index=False)
+    told = run("log.csv")
+    assert told.exit_code == 3
+    assert "attitude_sign" in told.stdout
+    said = " ".join(told.stdout.split())
+    remedy = r"do: infotraj import (log.csv --fix -o NEW.parquet) \(or (--set [^)]*)\)"
+    command, settings = re.search(remedy, said).groups()
+    words = shlex.split(command if way == "--fix" else f"log.csv {settings} -o NEW.parquet")
+    assert CliRunner().invoke(import_command, words, catch_exceptions=False).exit_code == 0
+    assert run("NEW.parquet").exit_code == 0
+    np.testing.assert_allclose(read_flight("NEW.parquet").table[Q], FLIGHT.table[Q], atol=1e-6)
 
 
 def test_copies_in_bytes_and_in_numbers(tmp_path):

@@ -65,7 +65,7 @@ def test_a_pitch_of_the_other_sign_is_found_and_mended_by_one_setting(size):
     turned = Flight(flight.table.drop(columns=[*P, *V, *A]).assign(**columns), flight.meta)
     (finding,) = [f for f in check(turned) if f.severity == "reject"]
     assert finding.code == "attitude_sign"
-    assert finding.settings == ("attitude.mix=[[1, 0, 0], [0, -1, 0], [0, 0, 1]]",)
+    assert finding.settings == ("attitude.angle_signs=[1, -1, 1]",)
 
 
 def test_a_clock_that_is_far_off_by_the_times_of_recording_has_a_setting():

@@ -82,6 +82,20 @@ def test_a_pitch_of_the_other_sign(tmp_path: Path) -> None:
     assert angle.max() < 1e-7
 
 
+@pytest.mark.parametrize("signs", [[-1, 1, 1], [1, -1, 1], [1, 1, -1]])
+def test_an_angle_of_the_other_sign_in_a_quaternion(signs: list[int], tmp_path: Path) -> None:
+    """Of any length, which stays, and where a row holds none."""
+    q = GOOD.get("qw", "qx", "qy", "qz")
+    turned = 0.999 * rotations.from_euler(*(rotations.to_euler(q) * signs).T)
+    turned[5] = 0.0
+    columns = {"t": GOOD.t, **{f"q{k}": turned[:, k] for k in range(4)}}
+    attitude = {"fields": ["q0", "q1", "q2", "q3"], "angle_signs": signs}
+    found = imported(tmp_path, columns, {"attitude": attitude})
+    assert found.meta["channels"]["attitude"]["angle_signs"] == signs
+    good = np.arange(len(q)) != 5
+    np.testing.assert_allclose(found.get("qw", "qx", "qy", "qz")[good], 0.999 * q[good], atol=1e-12)
+
+
 def test_a_shifted_channel_is_sampled_on_its_own_times(tmp_path: Path) -> None:
     """A velocity that was stamped 30 ms late agrees with the position again, interpolated, once it is shifted back."""
     late = {name: np.interp(GOOD.t - 0.033, GOOD.t, GOOD.table[name]) for name in ("vx", "vy", "vz")}
@@ -124,6 +138,8 @@ def test_a_numbered_field_can_fill_a_vector_by_pick(tmp_path: Path) -> None:
         ("rate", {"fields": "a*"}, "needs `pick` or `mix`"),
         ("rate", {"fields": ["a", "b", "c"], "shift": float("nan")}, "finite number"),
         ("attitude", {"fields": ["a", "b", "c", "d"], "axes": ["x", "-y", "-z"]}, "`world` and `body`"),
+        ("rate", {"fields": ["a", "b", "c"], "angle_signs": [1, -1, 1]}, "attitudes only"),
+        ("attitude", {"fields": ["a", "b", "c", "d"], "angle_signs": [1, 2, 1]}, "1 or -1"),
         ("battery", {"fields": ["a"], "world": "NED"}, "has no axes"),
         ("battery", {"fields": ["a"], "clip": [2, 1]}, "the first is to be below the second"),
     ],

@@ -194,9 +194,9 @@ CHANGES: dict[str, tuple[str, dict, str, str]] = {
     "inverse of what is none": (
         "attitude", {}, "attitude.rotates=world_to_body", "attitude.rotates=world_to_body"
     ),
-    "a mix on top of one": (
-        "velocity", {"mix": [[0, 1, 0], [1, 0, 0], [0, 0, 1]]}, "velocity.mix=[[1,0,0],[0,-1,0],[0,0,1]]",
-        "velocity.mix=[[0,1,0],[-1,0,0],[0,0,1]]",
+    "a sign of an angle": ("attitude", {}, "attitude.angle_signs=[1,-1,1]", "attitude.angle_signs=[1,-1,1]"),
+    "a sign turned back": (
+        "attitude", {"angle_signs": [1, -1, 1]}, "attitude.angle_signs=[1,-1,1]", "attitude.angle_signs=[1,1,1]"
     ),
     "a unit as it is": ("rate", {"unit": "deg/s"}, "rate.unit=rad/s", "rate.unit=rad/s"),
     "no reading": ("rate", {}, "nonsense", "nonsense"),

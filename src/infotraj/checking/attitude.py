@@ -122,7 +122,7 @@ READINGS: tuple[Reading, ...] = (
         "attitude_sign",
         "pitch of the other sign",
         "has a pitch of the other sign (as the Crazyflie's firmware logs it)",
-        ("attitude.mix=[[1, 0, 0], [0, -1, 0], [0, 0, 1]]",),
+        ("attitude.angle_signs=[1, -1, 1]",),
         _pitch_turned,
     ),
     Reading(

@@ -1,8 +1,8 @@
 """One channel of a mapping: its fields, and everything that must be known to turn them into the table's columns.
 
 The keys act in this order, whatever their order in the file: `unit`; `pick`, then `mix`; `absolute`; `scale`; `offset`;
-`clip`; for an attitude `order` or `euler` and `rotates`; the frames (`world`, `body`); `axes`; `expressed_in` and
-`gravity_removed`. `shift` moves the time stamps and touches no value.
+`clip`; for an attitude `order` or `euler` and `rotates`; the frames (`world`, `body`); `axes`, of an
+attitude `angle_signs`; `expressed_in` and `gravity_removed`. `shift` moves the time stamps and touches no value.
 """
 
 from __future__ import annotations
@@ -62,6 +62,9 @@ class ChannelMap(Strict):
     axes: tuple[str, str, str] | None = Field(
         None, description="vectors only, after the frames: which axes lie along x, y, z; may mirror ([x, -y, z])"
     )
+    angle_signs: tuple[Literal[1, -1], Literal[1, -1], Literal[1, -1]] | None = Field(
+        None, description="attitude only, after the frames: signs of roll, pitch, yaw, also of a quaternion"
+    )
     gravity_removed: bool = Field(False, description="specific_force only: the log holds acceleration without gravity")
     count: str | None = Field(None, description="field that says how many of the `*` are in use")
     resample: Resample | None = Field(None, description="default: the channel's rule")
@@ -105,6 +108,8 @@ def check_channel(name: str, mapped: ChannelMap) -> None:
     if mapped.axes is not None and not vector:
         remedy = "; an attitude's frames are `world` and `body`" if attitude else ""
         raise ValueError(f"{name}: `axes` is for vectors only{remedy}")
+    if mapped.angle_signs is not None and not attitude:
+        raise ValueError(f"{name}: `angle_signs` is for attitudes only")
     if (mapped.world is not None or mapped.body is not None) and not (vector or attitude):
         raise ValueError(f"{name}: it has no axes, so no `world` or `body`")
     if mapped.absolute and not channel.numbered:

@@ -122,9 +122,17 @@ def _attitude(mapped: ChannelMap, values: Array, world: Array, body: Array) -> A
         q = rotations.conjugate(q)
     endless = np.isinf(q).any(axis=-1, keepdims=True)
     turned = rotate_attitudes(world, body, np.where(endless, np.nan, q) if endless.any() else q)
+    if mapped.angle_signs is not None:
+        turned = _signed(turned, mapped.angle_signs)
     if endless.any():
         turned = np.where(endless, np.inf, turned)  # kept, to be refused as no number that a log of a flight holds
     return turned if turned is q and not mapped.euler else _one_sign(turned)
+
+
+def _signed(q: Array, signs: tuple[int, int, int]) -> Array:
+    """Quaternions (n, 4), as long as they are, with roll, pitch and yaw times these signs."""
+    length = np.linalg.norm(q, axis=-1, keepdims=True)
+    return length * rotations.from_euler(*(rotations.to_euler(rotations.normalize(q)) * signs).T)
 
 
 def _one_sign(q: Array) -> Array:

@@ -31,7 +31,7 @@ def channel_origin(name: str, feed: Feed, mapping: Mapping) -> dict[str, Any]:
     shift = feed.stream.shift + mapped.shift
     if shift != 0.0:
         said["shift_s"] = shift
-    for key in ("pick", "mix", "absolute", "clip", "axes"):
+    for key in ("pick", "mix", "absolute", "clip", "axes", "angle_signs"):
         value = getattr(mapped, key)
         if value not in (None, False):
             said[key] = [list(v) if isinstance(v, tuple) else v for v in value] if isinstance(value, tuple) else value

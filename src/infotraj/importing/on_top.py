@@ -1,10 +1,10 @@
 """What a finding says of a flight as it was imported, as keys of the mapping that it was imported with.
 
 A finding knows the table: its rates have other axes, its clock is late. The mapping may have turned and shifted on the
-way there already. So a further shift or offset is added to what the mapping says, a scale multiplied, axes and frames
-turned on top, and the order of a quaternion is that of the log's fields. What is said of the log itself (a unit, the
-axes that a vector is expressed in) stays as it is. What is said of a channel that the mapping lacks (it was derived) is
-left out: it follows from the channels that it comes from.
+way there already. So a further shift or offset is added to what the mapping says, scales and signs of angles are
+multiplied, axes and frames turned on top, and the order of a quaternion is that of the log's fields. What is said of
+the log itself (a unit, the axes that a vector is expressed in) stays as it is. What is said of a channel that the
+mapping lacks (it was derived) is left out: it follows from the channels that it comes from.
 """
 
 from __future__ import annotations
@@ -72,8 +72,8 @@ def _composed(key: str, value: Any, mapped: ChannelMap, stream: StreamMap, mappi
         if key == "axes":
             old = axes_matrix(mapped.axes, mirrored=True) if mapped.axes is not None else np.eye(3)
             return _axes(axes_matrix(value, mirrored=True) @ old)
-        if key == "mix":
-            return value if mapped.mix is None else (np.array(value) @ np.array(mapped.mix)).tolist()
+        if key == "angle_signs" and mapped.angle_signs is not None:
+            return [new * old for new, old in zip(value, mapped.angle_signs, strict=True)]
         if key == "world" or key == "body":
             which: Literal["world", "body"] = "world" if key == "world" else "body"
             further = frame_matrix(tuple(value) if isinstance(value, list) else value, which)
