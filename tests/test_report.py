@@ -4,6 +4,7 @@ import json
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -13,8 +14,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from infotraj.comparing.equation_error import EquationError
+from infotraj.diagnosis.judge.verdicts import Finding
 from infotraj.diagnosis.report.reasons import why
 from infotraj.diagnosis.report.steps import HeldOut
+from infotraj.diagnosis.report.summary import _effect
 from infotraj.report.again import FORM, read_content
 from infotraj.report.bars import gains
 from infotraj.report.combinations import Combinations, boxes
@@ -359,6 +362,16 @@ def test_what_corrects_the_file_is_not_said_to_be_unsure(content):
     numbers = {"factor": 1.01}
     changed["answer"]["corrected"] = [{"name": "thrust_scale", "parameters": numbers, "standard_errors": numbers}]
     assert "That linear drag is absent" in page(changed)
+
+
+def test_what_is_the_files_own_error_is_not_said_to_be_unsure(content):
+    changed = json.loads(json.dumps(content))
+    for row in changed["answer"]["effects"]:
+        if row["name"] in ("thrust_scale", "linear_drag"):
+            row["verdict"], row["of_file"] = "Plausible", row["name"] == "thrust_scale"
+    assert "That linear drag is absent" in page(changed)
+    told = Finding("thrust_scale", "Plausible", ("thrust_scale",), None, {}, {}, of_file=True)
+    assert (_effect(told, None)["of_file"], _effect(replace(told, of_file=False), None)["of_file"]) == (True, False)
 
 
 def test_a_disclaimer_and_a_gain_are_said_once(content):

@@ -30,7 +30,7 @@ DRAG = {"linear_drag": {"d": [0.1, 0.1, 0.1]}}
 VERDICTS = {"Supported", "Not separable", "Plausible", "Not needed", "Not testable here"}
 KEYS = {
     "name", "verdict", "group", "heldout_change", "ci95", "flights_better", "selected", "rise", "parameters",
-    "standard_errors", "probability", "form_error", "gain", "reason",
+    "standard_errors", "probability", "form_error", "gain", "reason", "of_file",
 }  # fmt: skip
 OWN = '''
 """Drag with the cube of the speed."""

@@ -8,7 +8,7 @@ from typing import Any
 
 from infotraj.errors import InputError, problem
 
-FORM = 3  # of the content; a page is drawn only from the form that this version writes
+FORM = 4  # of the content; a page is drawn only from the form that this version writes
 
 
 def read_content(path: Path) -> dict[str, Any]:

@@ -393,6 +393,7 @@ def _effect(f: Finding, usual: dict[str, Any] | None, changes: Sequence[Change] 
         "parameters": f.parameters,
         "standard_errors": f.standard_errors,
         "reason": f.reason or None,
+        "of_file": f.of_file,
         **({"reference": usual, "change": [c.as_dict() for c in changes]} if usual is not None else {}),
         **({"instances": list(f.instances)} if f.instances else {}),
     }
