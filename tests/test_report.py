@@ -2,6 +2,7 @@
 
 import json
 import re
+import shlex
 import subprocess
 import sys
 from dataclasses import replace
@@ -10,14 +11,17 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 
+from infotraj.cli import cli
 from infotraj.comparing.equation_error import EquationError
 from infotraj.diagnosis.judge.verdicts import Finding
 from infotraj.diagnosis.report.reasons import why
 from infotraj.diagnosis.report.steps import HeldOut
 from infotraj.diagnosis.report.summary import _effect
+from infotraj.recording import read_back
 from infotraj.report.again import FORM, read_content
 from infotraj.report.bars import gains
 from infotraj.report.combinations import Combinations, boxes
@@ -30,6 +34,7 @@ from infotraj.report.series import packed, reduced, unpacked
 from infotraj.report.squeezing import squeezed, step, unsqueezed
 from infotraj.report.traces import read_part
 
+TOP = Path(__file__).parents[1]
 AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 
@@ -221,6 +226,17 @@ def test_the_next_command_uses_the_model_that_was_written(content, quad_report):
     commands = [row["command"] for row in content["next"]]
     assert any(c.startswith(f"infotraj compare {quad_report / 'new.yaml'} ") for c in commands)
     assert not any("--save-model" in c for c in commands)
+
+
+def test_the_command_that_shows_the_worst_flight_records_both_models(content, tmp_path, monkeypatch):
+    (said,) = (row["command"] for row in content["next"] if "three dimensions" in row["why"])
+    words = shlex.split(said.removeprefix("infotraj "))
+    words[words.index("--recording") + 1] = str(tmp_path / "worst.rrd")
+    monkeypatch.chdir(TOP)
+    assert CliRunner().invoke(cli, words, catch_exceptions=False).exit_code == 0
+    shown = read_back(tmp_path / "worst.rrd")
+    lines = {"predicted": "predicted by new", "predicted_2": "predicted by vehicle"}
+    assert {k: shown[f"wrench/fx/{k}"]["SeriesLines:names"] for k in lines} == {k: [n] for k, n in lines.items()}
 
 
 def normalised(text):

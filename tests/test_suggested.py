@@ -12,11 +12,12 @@ from exact_simulation import fly
 
 from infotraj.checking.settings import by_mapping, of_log
 from infotraj.cli import cli
-from infotraj.diagnosis.report.following import next_command
+from infotraj.diagnosis.report.following import next_command, recording_command
 from infotraj.errors import InputError, UsageError
 from infotraj.flight import Flight, read_flight
 from infotraj.importing.foreign import foreign
 from infotraj.importing.log import what_is_left
+from infotraj.recording import read_back
 from infotraj.suggested import again, quoted, unused
 
 QUADROTOR = Path(__file__).parents[1] / "config" / "vehicles" / "quadrotor.yaml"
@@ -134,6 +135,28 @@ def test_after_a_diagnosis_the_healthy_flights_that_were_used_are_handed_on():
     assert said == "infotraj locate m.yaml a.parquet --reference 'b c.parquet' ./-d.parquet"
     found.healthy = None
     assert "--reference" not in next_command(found, Path("m.yaml"), None)
+
+
+def test_a_recording_is_of_the_new_model_and_of_the_one_that_it_is_held_against(names):
+    """The first is written to a file, or in the answer alone; where nothing is new the model as given is recorded."""
+    found = SimpleNamespace(
+        supported=("linear_drag",), beside=(), command_steps=1, healthy=None, before=SimpleNamespace(rows=np.ones(6)),
+        after="better", samples=[SimpleNamespace(flight=SimpleNamespace(meta={"source": names[1]}))],
+    )  # fmt: skip
+    model, flight = Path(names[0]), quoted(names[1])
+    Path("worst.rrd").touch()
+    said = recording_command(found, model, Path("new.yaml"))
+    assert said == f"infotraj compare new.yaml {flight} --against {quoted(model)} --recording worst-2.rrd"
+    said = recording_command(found, model, None)
+    assert said == f"infotraj diagnose {quoted(model)} {flight} --recording worst-2.rrd"
+    runs(shlex.split(said.removeprefix("infotraj ")))
+    assert read_back("worst-2.rrd")["wrench/fx/predicted_2"]["SeriesLines:names"] == ["the model as given"]
+    found.healthy = SimpleNamespace(flights=[SimpleNamespace(meta={"source": "b c.parquet"})])
+    said = recording_command(found, model, None)
+    assert said == f"infotraj diagnose {quoted(model)} {flight} --recording worst-3.rrd --reference 'b c.parquet'"
+    found.after = found.before
+    said = recording_command(found, model, None)
+    assert said == f"infotraj compare {quoted(model)} {flight} --recording worst-3.rrd --reference 'b c.parquet'"
 
 
 def test_a_new_model_has_a_name_that_no_file_has(names):

@@ -25,6 +25,7 @@ from infotraj.diagnosis.report.following import (
     healthy_sources,
     measured,
     next_command,
+    recording_command,
     sources,
     weighing,
 )
@@ -156,6 +157,5 @@ def _next(asked: Asked, found: Diagnosis, saved: Path | None) -> list[dict[str, 
     if flight is not None:
         rows.append(("Design the flight that tells what these could not", flight))
     if shown:
-        see = f"infotraj compare {named} --recording worst.rrd{again('compare', **how)}"
-        rows.append(("See the worst flight in three dimensions", see))
+        rows.append(("See the worst flight in three dimensions", recording_command(found, model, saved)))
     return [{"why": why, "command": command} for why, command in rows]

@@ -67,6 +67,18 @@ def next_command(found: Diagnosis, model: Path, saved: Path | None) -> str:
     return f"infotraj {name} {words}{again(name, command_steps=found.command_steps, reference=healthy_sources(found))}"
 
 
+def recording_command(found: Diagnosis, model: Path, saved: Path | None) -> str:
+    """The command that records the worst flight: with the new model and the one that it is held against (the one as
+    given, or that of the healthy flights), where there is a new one. saved: where it was written, if it was."""
+    given, named = quoted(model), quoted(*sources(found))
+    if compares(found, saved):
+        name, words = "compare", f"{quoted(saved)} {named} --against {given}"
+    else:
+        name, words = "compare" if found.after is found.before else "diagnose", f"{given} {named}"
+    options = again(name, command_steps=found.command_steps, reference=healthy_sources(found))
+    return f"infotraj {name} {words} --recording {unused('worst.rrd')}{options}"
+
+
 def weighing(found: Diagnosis) -> str | None:
     """What tells a mass from a thrust, which no flight does; None where that is no question."""
     group = next((g for g in _groups(found) if _weighed(g)), ())
