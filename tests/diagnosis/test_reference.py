@@ -20,12 +20,14 @@ from infotraj.diagnosis.gates.saturation import saturated
 from infotraj.diagnosis.linear.candidates import places
 from infotraj.diagnosis.select.prior import Scales
 from infotraj.diagnosis.select.score import diluted
+from infotraj.effects import catalogue
 from infotraj.effects.channels import is_derived
 from infotraj.errors import InfotrajError
 from infotraj.experiment.hidden.file_profiles import wrong_file
 from infotraj.flight import ATTITUDE, COMMANDED_WRENCH, RATE, Flight
 from infotraj.importing import import_log
-from infotraj.models import Model
+from infotraj.models import Model, save_model
+from infotraj.recording import read_back
 from infotraj.vehicle import load_vehicle, parse_vehicle
 
 CONFIG = Path(__file__).parents[2] / "config"
@@ -205,6 +207,32 @@ def test_errors_stand_beside_those_of_healthy_flights(tmp_path):
     content = json.loads(out.read_text())
     healthy = [f["bias"]["fz"] for f in content["reference"]["flights"]]
     assert abs(content["bias"]["fz"]) > 10 * max(map(abs, healthy))
+
+
+def test_a_recording_holds_both_models_beside_healthy_flights(tmp_path):
+    paths, weaker = [], tmp_path / "weaker.yaml"
+    for k, f in enumerate([*flights("{}", (0, 1)), *flights(json.dumps(WEAK), (10, 11))]):
+        paths.append(tmp_path / f"{k}.parquet")
+        f.table.to_parquet(paths[-1])
+    drawn = [tmp_path / f"{k}.rrd" for k in range(2)]
+    beside = ("--reference", *paths[:2], "--recording")
+    weak = catalogue()["rotor_effectiveness"](**WEAK["rotor_effectiveness"])
+    save_model(Model(load_vehicle(QUADROTOR), [weak]), weaker)
+    told = run("compare", weaker, *paths[2:], "--against", QUADROTOR, *beside, drawn[0])
+    assert told.exit_code == 0, told.output
+    told = run("diagnose", QUADROTOR, *paths[2:], *beside, drawn[1])
+    assert told.exit_code == 0, told.output
+    assert "Changed: rotor_effectiveness" in told.output
+    for path, names in zip(
+        drawn,
+        (("predicted by weaker", "predicted by quadrotor"), ("the new model", "the model of the healthy flights")),
+        strict=True,
+    ):
+        shown = {k: v for k, v in read_back(path).items() if "/fz/" in k}
+        lines = [shown[f"wrench/fz/predicted{n}"]["SeriesLines:names"] for n in ("", "_2")]
+        assert lines == [[name] for name in names]
+        with_change, without = (np.std(shown[f"residual/fz/residual{n}"]["Scalars:scalars"]) for n in ("", "_2"))
+        assert with_change < 0.5 * without
 
 
 def test_places_stand_beside_the_error_of_healthy_flights_there(tmp_path):
