@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from linear_fits import ROWS, VEHICLE, linear_fit
 
-from infotraj.diagnosis.judge.evidence import Evidence, beside_sensors
+from infotraj.diagnosis.judge.evidence import Evidence
 from infotraj.diagnosis.judge.needed import Judged
 from infotraj.diagnosis.judge.unexplained import Structure, Unexplained
 from infotraj.diagnosis.judge.verdicts import Finding, Judge, named
@@ -136,40 +136,6 @@ def test_a_factor_of_the_torques_is_not_named_by_one_of_which_less_than_half_is_
     assert (verdict is None) == named
     if not named:
         assert reason.startswith("it shows most in the torque about y, of which only 40 % goes with the prediction")
-
-
-@pytest.mark.parametrize(
-    ("name", "put_on", "axis", "named"),
-    [
-        ("accelerometer_bias", 0.0, "push x", True),
-        ("accelerometer_bias", -0.1, "push x", True),
-        ("accelerometer_bias", -0.95, "push x", False),
-        ("accelerometer_bias", -0.95, "fx", True),
-        ("battery_sag", -0.95, "push x", True),
-    ],
-)
-def test_a_constant_of_a_sensor_is_a_part_of_its_error_against_another(name, put_on, axis, named):
-    """A column of size 1 beside a noise of 0.3, of which another number takes off a part: 1 / hypot(1 - part, 0.3).
-
-    Where that is nearly all of it no error is left to take off. Of a force other numbers may have made up for it.
-    """
-
-    def rows(rng, _):
-        x = rng.standard_normal((ROWS, 3))
-        x[:, 2] = x[:, 1] + 0.05 * x[:, 2]
-        x[:, 0] = 0.3 * x[:, 0] + x[:, 1] + put_on * x[:, 2]
-        return x
-
-    search, whole = linear_fit([name, "com_offset"], rows, [name, "com_offset"], (axis,))
-    whole = replace(whole, solution=replace(whole.solution, theta=np.array([1.0, put_on])))
-    search.observation = whole.linear.observation
-    times, fall = beside_sensors(whole, name)
-    size = np.hypot(1.0 + put_on, 0.3)
-    assert times == pytest.approx(0.0 if axis == "fx" else 1.0 / size, rel=0.05)
-    assert fall == pytest.approx(0.0 if axis == "fx" else np.log(size / 0.3), abs=0.05)
-    verdict, reason = judge(whole, search=search)._doubt(judged(name))
-    assert (verdict is None) == named
-    assert named or "it offsets others" in reason
 
 
 def one_axis(sizes, chosen, names=("linear_drag", "quadratic_drag", "com_offset"), scale=1.0):

@@ -205,25 +205,6 @@ def rise_beside(whole: Fit, chosen: tuple[int, ...], mine: Sequence[int], near: 
     return float(rise[acts(sums, mine, whole.solution.theta, before)].max(initial=0.0))
 
 
-def beside_sensors(whole: Fit, label: str) -> tuple[float, float]:
-    """How many times larger an effect of a set is than the error, as given, of sensors against one another, and by what
-    logarithm that error falls with the set; on the axis where it is largest, and (0, 0) where no two sensors tell.
-
-    Nothing of the vehicle acts there: a constant of a sensor is a part of that error.
-    """
-    sums = whole.linear.absent
-    sensors = np.array([refusal.axis_group(a) is None for a in sums.axes])
-    mine = [i for i, c in enumerate(whole.linear.columns) if c.candidate.label == label]
-    theta, at = whole.solution.theta[mine], [1 + i for i in mine]
-    moved = np.einsum("afij,i,j->a", sums.believed[:, :, at][:, :, :, at], theta, theta) * sensors
-    k = int(np.argmax(moved))
-    if not moved[k] > 0.0:
-        return 0.0, 0.0
-    without = np.zeros_like(whole.solution.each)
-    fall = np.log(sums.believed_error(without)[k] / max(sums.believed_error(whole.solution.each)[k], 1e-300))
-    return float(np.sqrt(moved[k] / max(sums.believed[k, :, 0, 0].sum(), 1e-300))), 0.5 * float(fall)
-
-
 def left_by_set(whole: Fit, chosen: tuple[int, ...] | None = None) -> Array:
     """The logarithm of the root mean square error that a set leaves on each axis that actuators move, (axes,).
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from infotraj.diagnosis.gates import refusal
-from infotraj.diagnosis.judge.evidence import Evidence, beside_sensors, evidence_of_absent, left_by_set
+from infotraj.diagnosis.judge.evidence import Evidence, evidence_of_absent, left_by_set
 from infotraj.diagnosis.judge.groups import Rival, rivals
 from infotraj.diagnosis.judge.needed import SURE, Judged
 from infotraj.diagnosis.judge.numbers import fitted_numbers, in_fit, values_of
@@ -106,7 +106,7 @@ class Judge:
         name, label = m.candidate.name, m.candidate.label
         verdict, reason = self._doubt(j)
         if verdict is not None:
-            unsure = reason in (self._faint(j), self._makes_up(j))
+            unsure = reason == self._faint(j)
             return [(Finding(name, verdict, (name,), found, values_of(m), errors, reason, unsure=unsure), None)]
         others = [r for r in rivals(self.search, self.whole, label, self.matters) if r.label.split()[0] != name]
         members: list[_Alike] = [(m, errors, None), *((*in_fit(r.fit, r.label, self.whole), r) for r in others)]
@@ -147,9 +147,9 @@ class Judge:
         if e.probability < least or e.selected < SURE:
             chance = f"{100 * e.probability:.0f} % probable, better on {100 * e.selected:.0f} % of the resamples"
             return "Plausible", f"{chance} of flights that were not fitted"
-        other = self._faint(j) or self._makes_up(j)
-        if other:
-            return "Plausible", other
+        faint = self._faint(j)
+        if faint:
+            return "Plausible", faint
         beside = "" if e.gain >= HALVES else self._beside_more(e)
         return ("Plausible", beside) if beside else (None, "")
 
@@ -177,20 +177,6 @@ class Judge:
             return ""
         share = f"only {100 * self.faint[axis]:.0f} % of the torque there goes with the prediction"
         return f"the inertia about {axis[1]} would be {far[axis]:.2g} times the file's; {share}: {unsure}"
-
-    def _makes_up(self, j: Judged) -> str:
-        """That a constant of a sensor is as large as all that the sensor is off against another, and takes little of
-        that off; empty if not.
-
-        Then it offsets other numbers: a frame of the IMU that is taken as turned makes the gravity lean.
-        """
-        cls = j.member.candidate.cls
-        if not (cls.place == "measurement" and cls.linear):
-            return ""
-        times, fall = beside_sensors(self.whole, j.member.candidate.label)
-        if times < 1.0 or fall >= TELLS:
-            return ""
-        return f"it is {times:.3g} times what the sensors are off against one another, and it stays: it offsets others"
 
     def _beside_more(self, e: Evidence) -> str:
         """That more of what goes with the motion is left than the effect takes off, where it acts most; empty if not.
