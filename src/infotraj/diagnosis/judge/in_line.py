@@ -15,6 +15,7 @@ from infotraj.diagnosis.judge.anchor import errors_beside, kinds_off
 from infotraj.diagnosis.judge.evidence import overdispersion
 from infotraj.diagnosis.judge.groups import Rival
 from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS, ORDINARY, out_of_line, thrust_over_mass
+from infotraj.diagnosis.judge.others import beside_others
 from infotraj.diagnosis.judge.verdicts import CONFIDENT, Finding
 from infotraj.diagnosis.select.fit import Fit
 from infotraj.diagnosis.select.prior import SCALES, Scales
@@ -82,16 +83,12 @@ def _alike(told: Fit, each: float) -> bool:
     """Whether no rotor of the set is further from the others than its own error, each times 1 %, makes it."""
     columns = told.linear.columns
     ordinary = told.linear.spike(Scales(each))
-    every = np.array([c.candidate.name == _ROTOR for c in columns]) & (ordinary > 0.0)
-    covariance = overdispersion(told)[1]
-    mine = [i for i in np.flatnonzero(every) if columns[i].candidate.label in told.labels]
-    for i in mine:
-        apart = -every.astype(float) / max(every.sum() - 1.0, 1.0)
-        apart[i] = 1.0
-        error = np.hypot(np.sqrt(apart @ covariance @ apart), ordinary[i])
-        if abs(apart @ told.solution.theta) >= ORDINARY * error:
-            return False
-    return bool(mine)
+    every = [i for i, c in enumerate(columns) if c.candidate.name == _ROTOR and ordinary[i] > 0.0]
+    mine = [k for k, i in enumerate(every) if columns[i].candidate.label in told.labels]
+    covariance = overdispersion(told)[1][np.ix_(every, every)]
+    apart, error = beside_others(told.solution.theta[every], covariance)
+    within = np.abs(apart) < ORDINARY * np.hypot(error, ordinary[every])
+    return bool(mine) and bool(within[mine].all())
 
 
 def _words(off: float) -> str:

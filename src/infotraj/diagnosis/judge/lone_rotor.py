@@ -14,6 +14,7 @@ from scipy import stats
 from infotraj.diagnosis.judge.evidence import evidence, overdispersion
 from infotraj.diagnosis.judge.giving import Given, given
 from infotraj.diagnosis.judge.numbers import in_fit
+from infotraj.diagnosis.judge.others import beside_others
 from infotraj.diagnosis.judge.verdicts import CONFIDENT, HALVES, Finding, group_of
 from infotraj.diagnosis.select.fit import Fit
 from infotraj.diagnosis.select.prior import Scales
@@ -77,11 +78,9 @@ def chance_of_each(x: Array, covariance: Array) -> Array:
     """
     n = len(x)
     out = np.ones(n)
+    apart, error = beside_others(x, covariance)
     for i in range(n):
-        apart = np.full(n, -1.0 / (n - 1))
-        apart[i] = 1.0
         spread = max(float(np.std(np.delete(x, i), ddof=1)) * np.sqrt(n / (n - 1)), 1e-300)
-        error = float(np.sqrt(apart @ covariance @ apart))
-        unknown = error * _NORMAL if error > 0.0 else np.zeros(1)
-        out[i] = 2.0 * float(np.mean(stats.t.sf((abs(float(apart @ x)) - unknown) / spread, n - 2)))
+        unknown = error[i] * _NORMAL if error[i] > 0.0 else np.zeros(1)
+        out[i] = 2.0 * float(np.mean(stats.t.sf((abs(apart[i]) - unknown) / spread, n - 2)))
     return np.minimum(out, 1.0)
