@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from infotraj.diagnosis.diagnosis import diagnose
-from infotraj.diagnosis.judge.deciding import _demoted, _labels, _with_apart, _with_held_back
+from infotraj.diagnosis.judge.deciding import _around, _demoted, _labels, _with_apart, _with_held_back
 from infotraj.diagnosis.judge.groups import Rival
 from infotraj.diagnosis.judge.verdicts import Finding
 from infotraj.flight import read_flight
@@ -32,6 +32,16 @@ def test_of_three_alike_two_stay_a_group():
     left = _demoted(alike((*PAIR, "battery_sag")), {"thrust_scale": "why it went"})
     assert [f.verdict for f in left] == ["Not separable", "Plausible", "Not separable"]
     assert left[0].group == ("mass_offset", "battery_sag")
+
+
+def test_the_model_is_made_around_what_stands_for_a_group():
+    """Around the set that the search took where that has all members, else around the fit with the one that stands."""
+    told = SimpleNamespace(labels=("coaxial_loss", "linear_drag"))
+    other = SimpleNamespace(labels=("thrust_scale", "linear_drag"))
+    stand = {"thrust_scale": SimpleNamespace(label="thrust_scale", fit=other)}
+    assert _around(told, ["linear_drag", "thrust_scale"], stand) is other
+    assert _around(told, ["linear_drag", "coaxial_loss"], stand) is told
+    assert _around(told, ["linear_drag"], {}) is told
 
 
 def supported(name, parameters, errors):

@@ -100,7 +100,8 @@ def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
             pieces("naming", _STAY * len(judged))
             findings, stand = asked.judged(told, [*judged, *gone])
             findings = _demoted(tuple(out.get(f.name, f) for f in findings), why)
-        made = given(search, told, _labels(told, named(findings), {n: r.label for n, r in stand.items()}))
+        labels = _labels(told, named(findings), {n: r.label for n, r in stand.items()})
+        made = given(search, _around(told, labels, stand), labels)
         at_bound = beyond_bounds(told.members, vehicle) | made.at_bound
         if search.hold_parts((*told.members, *made.fit.members), at_bound):
             told, changed = search.without_parts(told), True
@@ -140,6 +141,14 @@ def _labels(told: Fit, supported: Sequence[str], stand: dict[str, str]) -> list[
     labels = [x for x in told.labels if x.split()[0] in supported]
     inside = {x.split()[0] for x in labels}
     return labels + [label for name, label in stand.items() if name in supported and name not in inside]
+
+
+def _around(told: Fit, labels: Sequence[str], stand: Mapping[str, Rival]) -> Fit:
+    """The fit that the model with `labels` is made from: with what stands for a group where the set has another member.
+
+    Around a set without it, it would stand beside what the file was found to be off by with that other member.
+    """
+    return next((r.fit for r in stand.values() if r.label in labels and r.label not in told.labels), told)
 
 
 def _demoted(findings: tuple[Finding, ...], why: Mapping[str, str]) -> tuple[Finding, ...]:
