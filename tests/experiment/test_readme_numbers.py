@@ -45,6 +45,13 @@ def test_runs_and_flights_are_counted(tmp_path):
     assert "named in **5 of 6**, and 1 wrong names came from 9 changed and 5 healthy flights" in text
 
 
+def test_a_plant_that_could_not_be_flown_is_not_counted(tmp_path):
+    changed, runs = tmp_path / "what_changed.md", tmp_path / "runs.csv"
+    changed.write_text(TABLE)
+    runs.write_text("case,right,invented,failed\na/single/x,True,,\na/single/y,False,,hidden: 0.23 m away\n")
+    assert "named right in **1 of 1** runs" in trusted([runs], changed)
+
+
 def test_only_what_stands_between_the_markers_is_written(tmp_path):
     page = tmp_path / "README.md"
     page.write_text(f"# Title\n{BEGIN}\nold\n{END}\nrest\n")

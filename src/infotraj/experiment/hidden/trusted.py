@@ -17,7 +17,8 @@ def trusted(runs: Sequence[Path], changed: Path) -> str:
     runs: tables of the study's runs on unseen seeds (CSV); changed: the published table of what changed (markdown).
     """
     rows = [row for path in runs for row in csv.DictReader(path.read_text().splitlines())]
-    rows = [row for row in rows if row["right"] in ("True", "False")]
+    # A plant that could not be flown was asked nothing.
+    rows = [row for row in rows if row["right"] in ("True", "False") and not row.get("failed")]
     single = [row for row in rows if "/single/" in row["case"]]
     beside = [row for row in single if row["case"].endswith("~3%")]
     nothing = [row for row in rows if "/nothing/" in row["case"]]
