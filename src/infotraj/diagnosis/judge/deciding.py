@@ -7,6 +7,7 @@ the model that is given leaves the set, and the others are fitted and judged ane
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -91,6 +92,7 @@ def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
     out: dict[str, Finding] = {}  # what left the set because of the model that is given
     why: dict[str, str] = {}
     stay: set[str] = set()  # of them, those that correct the file
+    impossible: set[str] = set()  # of them, those of which a number ends at a physical bound
     gone: list[Judged] = []
     told, changed = whole, True
     while True:
@@ -99,7 +101,7 @@ def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
             gone += more
             pieces("naming", _STAY * len(judged))
             findings, stand = asked.judged(told, [*judged, *gone])
-            findings = _demoted(tuple(out.get(f.name, f) for f in findings), why)
+            findings = _demoted(tuple(out.get(f.name, f) for f in findings), why, impossible)
         labels = _labels(told, named(findings), {n: r.label for n, r in stand.items()})
         made = given(search, _around(told, labels, stand), labels)
         at_bound = beyond_bounds(told.members, vehicle) | made.at_bound
@@ -124,8 +126,9 @@ def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
             beside = {n: r for n, r in stand.items() if n in named(findings)}
             return _with_apart(findings, made, beside), told, made
         why |= lost | own
+        impossible |= lost.keys() & {x.split()[0] for x in at_bound.keys() - made.lost.keys()}
         stay |= own.keys()
-        demoted = _demoted(findings, why)
+        demoted = _demoted(findings, why, impossible)
         demoted = tuple(replace(f, of_file=f.name in stay) for f in demoted)
         out |= {f.name: f for f in demoted if f.name in confident and f.verdict not in CONFIDENT}
         findings, rest = demoted, [x for x in rest if x.split()[0] not in out.keys() - stay]
@@ -151,9 +154,11 @@ def _around(told: Fit, labels: Sequence[str], stand: Mapping[str, Rival]) -> Fit
     return next((r.fit for r in stand.values() if r.label in labels and r.label not in told.labels), told)
 
 
-def _demoted(findings: tuple[Finding, ...], why: Mapping[str, str]) -> tuple[Finding, ...]:
+def _demoted(
+    findings: tuple[Finding, ...], why: Mapping[str, str], impossible: AbstractSet[str]
+) -> tuple[Finding, ...]:
     """The findings without confidence in the names of `why`. What flights could not tell from one of them stays, but
-    where it is left alone: what speaks against the other speaks against it."""
+    where it is left alone: what is `impossible` is no rival of it."""
     out = []
     for f in findings:
         if f.verdict in CONFIDENT and f.name in why:
@@ -161,8 +166,9 @@ def _demoted(findings: tuple[Finding, ...], why: Mapping[str, str]) -> tuple[Fin
         elif f.verdict in CONFIDENT and why.keys() & (old := set(f.group)):
             group = tuple(n for n in f.group if n not in why)
             f = replace(f, group=group)
-            if len(group) == 1:
-                lost = next(n for n in why if n in old)
+            if len(group) == 1 and (lost := next(n for n in why if n in old)) in impossible:
+                f = replace(f, verdict="Supported", reason="")
+            elif len(group) == 1:
                 f = replace(f, verdict="Plausible", reason=f"these flights cannot tell it from {lost}: {why[lost]}")
         out.append(f)
     return tuple(out)
