@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 from infotraj.diagnosis.diagnosis import diagnose
-from infotraj.diagnosis.judge.deciding import _around, _demoted, _labels, _with_apart, _with_held_back
+from infotraj.diagnosis.judge import deciding
+from infotraj.diagnosis.judge.deciding import _demoted, _labels, _with_apart, _with_held_back
 from infotraj.diagnosis.judge.groups import Rival
 from infotraj.diagnosis.judge.verdicts import Finding
+from infotraj.diagnosis.select.predicting import TELLS
 from infotraj.flight import read_flight
 from infotraj.models import Model
 from infotraj.vehicle import load_vehicle
@@ -35,14 +37,22 @@ def test_of_three_alike_two_stay_a_group():
     assert left[0].group == ("mass_offset", "battery_sag")
 
 
-def test_the_model_is_made_around_what_stands_for_a_group():
-    """Around the set that the search took where that has all members, else around the fit with the one that stands."""
-    told = SimpleNamespace(labels=("coaxial_loss", "linear_drag"))
-    other = SimpleNamespace(labels=("thrust_scale", "linear_drag"))
-    stand = {"thrust_scale": SimpleNamespace(label="thrust_scale", fit=other)}
-    assert _around(told, ["linear_drag", "thrust_scale"], stand) is other
-    assert _around(told, ["linear_drag", "coaxial_loss"], stand) is told
-    assert _around(told, ["linear_drag"], {}) is told
+def gains(monkeypatch, **of_base):
+    """`given` without its fits: a model made around a base predicts as well as that is said to."""
+
+    def made(search, base, labels):
+        return SimpleNamespace(base=base.name, gain=of_base[base.name])
+
+    monkeypatch.setattr(deciding, "given", made)
+
+
+@pytest.mark.parametrize(("gain", "base"), [(TELLS + 0.1, "other"), (TELLS - 0.1, "told"), (-1.0, "told")])
+def test_the_model_is_made_around_what_stands_for_a_group_where_it_predicts_better(monkeypatch, gain, base):
+    told = SimpleNamespace(name="told", labels=("coaxial_loss", "linear_drag"))
+    stand = {"thrust_scale": SimpleNamespace(label="thrust_scale", fit=SimpleNamespace(name="other"))}
+    gains(monkeypatch, told=1.0, other=1.0 + gain)
+    assert vars(deciding._made(None, told, ["linear_drag", "thrust_scale"], stand))["base"] == base
+    assert vars(deciding._made(None, told, ["linear_drag", "coaxial_loss"], stand))["base"] == "told"
 
 
 def supported(name, parameters, errors):

@@ -103,7 +103,7 @@ def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
             findings, stand = asked.judged(told, [*judged, *gone])
             findings = _demoted(tuple(out.get(f.name, f) for f in findings), why, impossible)
         labels = _labels(told, named(findings), {n: r.label for n, r in stand.items()})
-        made = given(search, _around(told, labels, stand), labels)
+        made = _made(search, told, labels, stand)
         at_bound = beyond_bounds(told.members, vehicle) | made.at_bound
         if search.hold_parts((*told.members, *made.fit.members), at_bound):
             told, changed = search.without_parts(told), True
@@ -146,12 +146,18 @@ def _labels(told: Fit, supported: Sequence[str], stand: dict[str, str]) -> list[
     return labels + [label for name, label in stand.items() if name in supported and name not in inside]
 
 
-def _around(told: Fit, labels: Sequence[str], stand: Mapping[str, Rival]) -> Fit:
-    """The fit that the model with `labels` is made from: with what stands for a group where the set has another member.
+def _made(search: Search, told: Fit, labels: Sequence[str], stand: Mapping[str, Rival]) -> Given:
+    """The model that is given, made around the set; or around a fit with what stands for a group of which the set has
+    another member, where flights that were not fitted are predicted better for it.
 
-    Around a set without it, it would stand beside what the file was found to be off by with that other member.
+    Around the set it stands beside what the file was found to be off by with that other member.
     """
-    return next((r.fit for r in stand.values() if r.label in labels and r.label not in told.labels), told)
+    made = given(search, told, labels)
+    for r in stand.values():
+        if r.label in labels and r.label not in told.labels:
+            other = given(search, r.fit, labels)
+            made = other if other.gain > made.gain + TELLS else made
+    return made
 
 
 def _demoted(
