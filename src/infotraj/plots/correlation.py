@@ -102,11 +102,12 @@ def _add_trend(axes: Axes, rows: pd.DataFrame) -> None:
     """The least-squares line of one seed, over its own costs: correlation is within a seed, levels differ between."""
     if len(rows) > 2 and rows["cost"].nunique() > 1:
         slope, level = np.polyfit(rows["cost"], rows["error"], 1)
-        ends = np.array([rows["cost"].min(), rows["cost"].max()])
+        # A line over the costs is none on a logarithmic axis.
+        costs = np.linspace(rows["cost"].min(), rows["cost"].max(), 100)
         first = axes.get_legend_handles_labels()[1].count("one seed's trend") == 0
         axes.plot(
-            ends,
-            level + slope * ends,
+            costs,
+            level + slope * costs,
             color=style.PALE,
             lw=0.8,
             zorder=1,
