@@ -11,7 +11,7 @@ from infotraj.checking.cleaning import derived_again
 from infotraj.checking.columns import dead_column_findings, dead_columns
 from infotraj.checking.coverage import coverage, excitation_findings
 from infotraj.checking.divergence import contradictions
-from infotraj.checking.frozen import _straight
+from infotraj.checking.frozen import _all_still, _straight
 from infotraj.checking.held import held_findings, held_streams, rates, repeat_chance
 from infotraj.checking.identical import content_hash
 from infotraj.checking.inertial import force_unit_findings
@@ -27,6 +27,15 @@ from infotraj.flight import Flight
 from infotraj.rotations import exp, multiply
 
 # Values
+
+
+def test_a_channel_may_stand_still_where_all_others_do():
+    groups = [("wx", "wy", "wz"), ("fx", "fy", "fz"), ("vx", "vy", "vz")]
+    still = dict.fromkeys([c for g in groups for c in g], 0.0)
+    rows = np.ones(len(T), dtype=bool)
+    assert _all_still(flight(**still), rows, groups[0], groups)
+    assert not _all_still(flight(**{**still, "vx": 0.01 * T}), rows, groups[0], groups)
+    assert not _all_still(flight(**still), rows, groups[0], groups[:1])
 
 
 def test_rates_speeds_and_forces_have_an_end():

@@ -44,6 +44,15 @@ def drag(air, tilt, velocity, rate):
     return wrench
 
 
+def test_quadratic_drag_pulls_back_whichever_way_the_body_flies():
+    there, back = (
+        drag(Air(quadratic_drag=(0.1, 0.2, 0.3)), np.zeros(6), s * np.array([2.0, 1.0, 3.0]), np.zeros(3))
+        for s in (1, -1)
+    )
+    np.testing.assert_allclose(there[:3], [-0.4, -0.2, -2.7], rtol=1e-12)
+    np.testing.assert_allclose(back[:3], -there[:3], rtol=1e-12)
+
+
 def test_frames_are_those_of_the_model():
     tilt = np.random.default_rng(0).uniform(-3, 3, 6)
     _, position, direction = placed(IDEAL, tilt)
