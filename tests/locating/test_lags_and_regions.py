@@ -94,6 +94,18 @@ def test_a_gap_parts_the_series():
     assert lags([error(t, *jumped)])[0].delay == pytest.approx(0.03, rel=0.05)
 
 
+def test_what_a_piece_is_off_by_is_no_delay_however_its_prediction_climbs():
+    """One piece climbs and is off upwards, the other falls and is off downwards."""
+    t = 0.01 * np.arange(6000)
+    t[3000:] += 7.0
+    sign = np.where(np.arange(6000) < 3000, 1.0, -1.0)
+    noise = np.random.default_rng(0).normal(0.0, 0.1, 6000)
+    predicted = sign * t + 0.5 * np.sin(2.0 * t)
+    found = lags([error(t, predicted + 0.1 * sign + noise, predicted)])[0]
+    assert abs(found.delay) < 3.0 * found.standard_error < 0.04
+    assert not found.late
+
+
 def place_of(values, where, inside=3.0, signed=False, seed=0):
     """The region of a residual of 1 that is `inside` where something holds of the values."""
     residual = np.where(where(values), inside, 1.0) * np.where(np.arange(len(values)) % 2, 1.0, -1.0)
@@ -189,6 +201,13 @@ def test_quantities_are_those_of_the_motion():
     assert cannot_name(Flight(flight.table[["t", "vx", "vy", "vz"]]), QUAD) == [
         "height", "tilt", "rate", "battery", "thrust",
     ]  # fmt: skip
+
+
+def test_the_thrust_of_a_commanded_wrench_is_its_force():
+    cmd = {f"cmd_{a}": v for a, v in zip(AXES, (0.0, 3.0, 4.0, 20.0, 30.0, 40.0), strict=True)}
+    _, flight = motion(**cmd)
+    found = {q.name: q for q in quantities(flight, load_vehicle(VEHICLES / "crazyswarm2.yaml"), 0.15)}
+    assert np.median(found["thrust"].values) == pytest.approx(5.0)
 
 
 def test_thrust_that_grows_changes_the_axes_that_its_rotor_pushes():

@@ -44,6 +44,15 @@ def drag(air, tilt, velocity, rate):
     return wrench
 
 
+def test_a_rotor_speeds_up_and_slows_down_by_lags_of_their_own():
+    lags = IDEAL.rotors.model_copy(update={"rise_time_constant": 0.02, "fall_time_constant": 0.06})
+    rotors = aerodynamics.rotor_table(OMAV, IDEAL.model_copy(update={"rotors": lags}))
+    speed, command = np.full(12, 500.0), np.repeat([600.0, 400.0], 6)
+    aerodynamics.spin_up(rotors, command, 0.01, speed, np.empty(12))
+    gap = -100.0 * np.exp(-0.01 / 0.02), 100.0 * np.exp(-0.01 / 0.06)
+    np.testing.assert_allclose(speed, command + np.repeat(gap, 6), rtol=1e-12)
+
+
 def test_quadratic_drag_pulls_back_whichever_way_the_body_flies():
     there, back = (
         drag(Air(quadratic_drag=(0.1, 0.2, 0.3)), np.zeros(6), s * np.array([2.0, 1.0, 3.0]), np.zeros(3))
