@@ -113,11 +113,10 @@ def features(velocity: Array, attitude: Array, rate: Array) -> Array:
 
 @dataclass(frozen=True)
 class LinearForm:
-    """wrench = fixed (N, 6) + parts (N, a, 6) over the features `active` (a,), exact for this model and flight."""
+    """wrench = fixed (N, 6) + parts (N, a, 6) over the active features, exact for this model and flight."""
 
     fixed: Array
     parts: Array
-    active: NDArray[np.intp]
 
 
 def active_features(model: Model, inputs: Instants) -> NDArray[np.intp] | None:
@@ -146,12 +145,12 @@ def linear_form(model: Model, inputs: Instants, active: NDArray[np.intp]) -> Lin
     rng = np.random.default_rng(_SEED + 1)
     count = len(inputs.time)
     if len(active) == 0:
-        return LinearForm(wrench(model, inputs, *_same(_random_state(rng, 1), count)), np.zeros((count, 0, 6)), active)
+        return LinearForm(wrench(model, inputs, *_same(_random_state(rng, 1), count)), np.zeros((count, 0, 6)))
     states = [_random_state(rng, 1) for _ in range(len(active) + 1 + 2)]
     design = np.concatenate([np.column_stack([[1.0], features(*s[1:])[:, active]]) for s in states])
     probes = np.stack([wrench(model, inputs, *_same(s, count)) for s in states])
     form = np.einsum("ps,snc->npc", np.linalg.pinv(design), probes)
-    return LinearForm(np.ascontiguousarray(form[:, 0]), np.ascontiguousarray(form[:, 1:]), active)
+    return LinearForm(np.ascontiguousarray(form[:, 0]), np.ascontiguousarray(form[:, 1:]))
 
 
 def _random_state(rng: np.random.Generator, count: int) -> tuple[Array, Array, Array, Array]:

@@ -50,7 +50,6 @@ class Place:
     region: Region | None
     trend: tuple[Array, Array]
     alike: tuple[str, ...] = ()
-    everywhere: float = 0.0
     cell: tuple[tuple[float, float], tuple[float, float]] | None = None
     mean: float = 0.0
     taken: tuple[str, ...] = ()
@@ -189,7 +188,7 @@ def _best(
     return Place(
         samples.axes[a], samples.unit, quantity, None, float(scored.p[a, k]), float(scored.gain[a, k]),
         float(scored.explained[a, k]), float(excess), float(floor), at, (ranges.knots, scored.heights[k][a]),
-        tuple(alike[:3]), square**0.5,
+        tuple(alike[:3]),
     )  # fmt: skip
 
 
@@ -230,8 +229,7 @@ def _pairs(
                 axis, samples.unit, chosen[i], chosen[j], float(p[a, k]), float(gain[0, a, k]),
                 float(1.0 - at.outside**2 / max(at.inside, 1e-300) ** 2),
                 float(at.samples * (at.inside**2 - at.outside**2) / floor**2), float(floor), at,
-                (np.zeros(0), np.zeros(0)), (), float(np.sqrt(np.mean(residual[:, a] ** 2))), (first, second),
-                float(samples.residual[:, a].mean()),
+                (np.zeros(0), np.zeros(0)), (), (first, second), float(samples.residual[:, a].mean()),
             )
         )  # fmt: skip
     return found
