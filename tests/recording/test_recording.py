@@ -13,7 +13,7 @@ from infotraj.dynamics.actuators import rotor_frames, thrusts
 from infotraj.dynamics.allocation import Allocation
 from infotraj.errors import InputError
 from infotraj.flight import COMMANDED_TORQUE, Flight
-from infotraj.recording import content_hash, read_back, record_flight, record_rollout
+from infotraj.recording import content_hash, read_back, record_flight
 from infotraj.residual.learning_data import learning_data
 from infotraj.vehicle import Vehicle, load_vehicle, parse_vehicle
 
@@ -180,20 +180,6 @@ def test_attitude_error_is_the_lag(recorded: dict, flight: Flight) -> None:
     np.testing.assert_allclose(error, np.degrees(apart)[::2], atol=1e-6)
 
 
-def test_achieved_torque_handed_in_is_the_one_drawn(tmp_path: Path, omav: Vehicle, flight: Flight) -> None:
-    t = flight.t[::5]
-    given = pd.DataFrame({"t": t, "tx": np.sin(t), "ty": np.cos(t), "tz": t})
-    record_flight(tmp_path / "f.rrd", flight, omav, achieved=given)
-    drawn = read_back(tmp_path / "f.rrd")["torque/y/achieved"]
-    np.testing.assert_allclose(drawn["Scalars:scalars"], np.cos(t), atol=1e-12)
-
-
-def test_achieved_torque_without_a_column_is_one_clear_line(tmp_path: Path, omav: Vehicle, flight: Flight) -> None:
-    with pytest.raises(InputError, match=r"^achieved torque: no columns tz; expected .*\. Add them\.$"):
-        record_flight(tmp_path / "f.rrd", flight, omav, achieved=pd.DataFrame({"t": [0.0], "tx": [0], "ty": [0]}))
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_equal_flights_have_equal_hashes(tmp_path: Path, omav: Vehicle, flight: Flight) -> None:
     short = flight.between(0.0, 1.0)
     record_flight(tmp_path / "a.rrd", short, omav)
@@ -238,7 +224,7 @@ def test_a_flight_of_nothing_but_time(tmp_path: Path) -> None:
 
 
 def test_rollout_says_what_it_is(tmp_path: Path, omav: Vehicle, flight: Flight) -> None:
-    record_rollout(tmp_path / "f.rrd", flight.between(0.0, 0.5), omav)
+    record_flight(tmp_path / "f.rrd", flight.between(0.0, 0.5), omav, rollout=True)
     assert "Simulated rollout" in str(read_back(tmp_path / "f.rrd")["about"]["TextDocument:text"])
 
 

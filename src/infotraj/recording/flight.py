@@ -31,19 +31,18 @@ def record_flight(
     flight: Flight,
     vehicle: Vehicle,
     *,
-    achieved: pd.DataFrame | None = None,
     gp: Residual | None = None,
     data: LearningData | None = None,
     rollout: bool = False,
 ) -> None:
     """Writes a flight as a rerun recording with its layout; what the flight does not hold is left out.
 
-    achieved: t (s), tx, ty, tz (N m); without it the torque comes from the rate's derivative. gp: the learned residual,
-    drawn with its band of two standard deviations along the commanded wrench or, so that it compares with what it was
-    learned from, along the inputs of `data` (residual.learning_data of this flight). rollout: the flight was simulated
-    with the learned model, and is named so. InputError where `achieved` lacks a column, or a residual has no scale.
+    The achieved torque comes from the rate's derivative. gp: the learned residual, drawn with its band of two standard
+    deviations along the commanded wrench or, so that it compares with what it was learned from, along the inputs of
+    `data` (residual.learning_data of this flight). rollout: the flight was simulated with the learned model, and is
+    named so. InputError where a residual has no scale.
     """
-    groups = _groups(flight, vehicle, signals.achieved_torque(flight, vehicle, achieved), data)
+    groups = _groups(flight, vehicle, signals.achieved_torque(flight, vehicle), data)
     band = None if gp is None else signals.predicted_residual(flight, vehicle, gp, data, RATE)
 
     def layout(columns: Columns) -> rrb.Blueprint:
@@ -57,19 +56,6 @@ def record_flight(
         for group in ("error/position", "error/attitude", "error/angular_acceleration"):
             _add_error(columns, group, groups[group])
         _add_residual(columns, groups["residual"], band)
-
-
-def record_rollout(
-    path: str | Path,
-    flight: Flight,
-    vehicle: Vehicle,
-    *,
-    achieved: pd.DataFrame | None = None,
-    gp: Residual | None = None,
-    data: LearningData | None = None,
-) -> None:
-    """Writes a simulated rollout as a recording: `record_flight`, named as a simulation."""
-    record_flight(path, flight, vehicle, achieved=achieved, gp=gp, data=data, rollout=True)
 
 
 def _groups(

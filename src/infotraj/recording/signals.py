@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from infotraj import rotations
@@ -26,8 +25,6 @@ from infotraj.flight import (
 from infotraj.residual.learning_data import WINDOW, LearningData, Slope
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
-
-ACHIEVED_TORQUE = ("tx", "ty", "tz")
 
 
 class Residual(Protocol):
@@ -86,39 +83,25 @@ def actuators(flight: Flight, kind: str, count: int) -> Samples | None:
 
 @dataclass(frozen=True)
 class Achieved:
-    """Achieved torque (N m) about the body's origin, and the mean over time that its filter amounts to.
-
-    `slope` is None where the torque was handed in: then nothing is known of its filter.
-    """
+    """Achieved torque (N m) about the body's origin, and the mean over time that its filter amounts to."""
 
     torque: Samples
-    slope: Slope | None
+    slope: Slope
 
     def less(self, asked: Samples) -> Samples:
         """The torque minus what was asked for (n, 3), N m, both through the same mean."""
         t = self.torque.t
-        if self.slope is None:
-            return Samples(t, self.torque.values - held(asked, t))
         half, dt = self.slope.half, self.slope.dt
         grid = t[0] + dt * np.arange(-half, len(t) + half)
         return Samples(t, self.torque.values - self.slope.mean(held(asked, grid)))
 
 
-def achieved_torque(flight: Flight, vehicle: Vehicle, given: pd.DataFrame | None) -> Achieved | None:
-    """Achieved torque: the columns t, tx, ty, tz of `given`, else J dw + w x J w + r x f.
+def achieved_torque(flight: Flight, vehicle: Vehicle) -> Achieved | None:
+    """Achieved torque: J dw + w x J w + r x f.
 
     dw is the slope of the measured, else estimated, rate over the window that the residual is learned with. None where
     the flight has no rate or the vehicle no inertia.
     """
-    if given is not None:
-        missing = [c for c in ("t", *ACHIEVED_TORQUE) if c not in given]
-        if missing:
-            raise InputError(
-                problem(f"achieved torque: no columns {', '.join(missing)}", "t, tx, ty, tz (s, N m)", "Add them.")
-            )
-        values = given[list(ACHIEVED_TORQUE)].to_numpy(dtype=float)
-        there = np.isfinite(values).all(axis=1)
-        return Achieved(Samples(given["t"].to_numpy(dtype=float)[there], values[there]), None) if there.any() else None
     rate = channel(flight, RATE) or estimated(flight, RATE)
     if rate is None or vehicle.inertia is None or len(rate.t) < 2:
         return None
