@@ -31,7 +31,8 @@ def held() -> LearningData:
 
 def slopes(learning: Learning, data: LearningData) -> np.ndarray:
     model = learn(data, 20, learning, np.random.default_rng(1), affine=known(learning, VEHICLE))
-    return np.diag(model.jacobian(data.inputs.mean(axis=0)[None])[0][:, 3:])
+    at, step = data.inputs.mean(axis=0), 1e-5 * np.eye(6)[3:]
+    return np.diag(model.mean(at + step) - model.mean(at - step)) / 2e-5
 
 
 def test_effects_explain_less_of_what_feedback_holds(held):

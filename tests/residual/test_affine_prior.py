@@ -70,13 +70,12 @@ def test_a_covariance_of_nothing_is_the_plain_process():
 @pytest.mark.parametrize("n", [0, 25])
 def test_compiled_mean_and_its_slopes(n):
     gp, U, step = process(n), queries(5), 1e-5
-    for u, mean, jacobian in zip(U, gp.mean(U), gp.jacobian(U), strict=True):
+    for u, mean in zip(U, gp.mean(U), strict=True):
         found, slopes = np.empty(3), np.empty((3, 6))
         mean_and_jacobian(u, *gp.mean_arrays, found, slopes)
         np.testing.assert_allclose(found, mean, atol=1e-9)
-        np.testing.assert_allclose(slopes, jacobian, atol=1e-9)
         moved = [gp.mean(u + step * np.stack([e, -e])) for e in np.eye(6)]
-        np.testing.assert_allclose(jacobian, np.stack([(a - b) / (2 * step) for a, b in moved], axis=1), atol=1e-6)
+        np.testing.assert_allclose(slopes, np.stack([(a - b) / (2 * step) for a, b in moved], axis=1), atol=1e-6)
 
 
 def test_the_command_inverts_an_affine_residual():

@@ -213,14 +213,6 @@ class GaussianProcess:
         V = self._whitened(U)
         return self._covariance(U) - V.transpose(0, 2, 1) @ V
 
-    def jacobian(self, U: ArrayLike) -> Array:
-        """Derivative of the posterior mean with respect to the inputs at U (k, d), (k, m, d)."""
-        U = self._queries(U)
-        weighted = self._remainder(U, self.X) * self.alpha[:, None, :]
-        pulled = weighted @ self.X - weighted.sum(-1)[..., None] * U
-        slopes = pulled / self.lengthscales[:, None, :] ** 2 + self.affine_mean[1][:, None, :]
-        return np.ascontiguousarray(slopes.transpose(1, 0, 2))
-
     def condition(self, X_add: ArrayLike, Y_add: ArrayLike) -> GaussianProcess:
         """The posterior after adding X_add (q, d), Y_add (q, m), hyperparameters fixed.
 
