@@ -8,23 +8,19 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field
 
 from infotraj.errors import UsageError, problem
 from infotraj.experiment.common.randomness import generator
+from infotraj.experiment.common.strict_yaml import Strict, read_yaml
 from infotraj.experiment.hidden.cases import Case, hidden_values
 from infotraj.experiment.hidden.config import Count, HiddenStudy, Sizes, VehicleStudy, WrongFile, read_study
-from infotraj.vehicle import NotNegative, Vehicle, validation_line
+from infotraj.vehicle import NotNegative, Vehicle
 
 Effects = list[tuple[str, dict[str, Any]]]
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class Drift(_Strict):
+class Drift(Strict):
     """What differs from day to day and is no change: standard deviations."""
 
     thrust: NotNegative = Field(description="share of the thrust of all rotors")
@@ -32,7 +28,7 @@ class Drift(_Strict):
     trim: NotNegative = Field(description="of the centre of mass, share of the rotors' mean distance, an axis")
 
 
-class Counts(_Strict):
+class Counts(Strict):
     """How many cases of each kind."""
 
     single: Count = 0
@@ -40,7 +36,7 @@ class Counts(_Strict):
     nothing: Count = 0
 
 
-class ChangeStudy(_Strict):
+class ChangeStudy(Strict):
     """The whole study."""
 
     hidden: str = Field(description="the hidden-effect study beside it: vehicles, paths, usual sizes, pairs, triples")
@@ -70,13 +66,7 @@ class Change:
 
 def read_changes(path: str | Path) -> tuple[ChangeStudy, HiddenStudy]:
     """The study's file and the hidden-effect study that it names. UsageError, one line, where it cannot be used."""
-    try:
-        content = yaml.safe_load(Path(path).read_text())
-        study = ChangeStudy.model_validate(content)
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise UsageError(problem(f"{path}: cannot be read ({error})", "a YAML file", "Check the path.")) from error
-    except ValidationError as error:
-        raise UsageError(f"{path}: {validation_line(error, ChangeStudy)}") from error
+    study = read_yaml(ChangeStudy, path)
     hidden = read_study(Path(path).parent / study.hidden)
     unknown = sorted(set(study.cases) - set(hidden.vehicles))
     if unknown:

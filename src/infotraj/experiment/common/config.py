@@ -10,11 +10,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
 
-import yaml
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from infotraj.control.gains import Gains
 from infotraj.errors import UsageError, problem
+from infotraj.experiment.common.strict_yaml import Strict, content_of
 from infotraj.vehicle import NUMBER, NotNegative, Positive, validation_line
 
 T = TypeVar("T")
@@ -38,11 +38,7 @@ Name = Annotated[str, AfterValidator(_one_folder)]  # it becomes a part of paths
 Distinct = Annotated[tuple[T, ...], Field(min_length=1), AfterValidator(_named_once)]
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class FigureEight(_Strict):
+class FigureEight(Strict):
     """A figure of eight in attitude at a fixed position."""
 
     amplitude_deg: Positive = Field(26.0, description="greatest roll and pitch, deg")
@@ -50,7 +46,7 @@ class FigureEight(_Strict):
     cycles: Count = Field(2, description="how often the figure is flown")
 
 
-class Pitch(_Strict):
+class Pitch(Strict):
     """The pitching task of Fig. 2."""
 
     amplitude_deg: Positive = Field(60.0, description="greatest pitch, deg")
@@ -58,7 +54,7 @@ class Pitch(_Strict):
     cycles: Count = Field(3, description="how often it swings")
 
 
-class Deviations(_Strict):
+class Deviations(Strict):
     """The set that deviations are sampled from (eq. 17), in the vehicle's limits."""
 
     max_acceleration: Positive = Field(5.0, description="greatest amplitude of a term, rad/s^2")
@@ -80,7 +76,7 @@ class Deviations(_Strict):
         return self
 
 
-class Learning(_Strict):
+class Learning(Strict):
     """How a Gaussian process is learned from a flight."""
 
     window: Positive = Field(0.15, description="s, window of the rate's slope and of the same mean over commands")
@@ -102,7 +98,7 @@ class Learning(_Strict):
     )
 
 
-class Cost(_Strict):
+class Cost(Strict):
     """What the informative cost is made of (eq. 13 to 15)."""
 
     kernel: Literal["fixed", "fitted"] = Field(
@@ -124,7 +120,7 @@ class Cost(_Strict):
 LITERAL = Cost(kernel="fitted", region="uniform", subset="medoids", points=None)
 
 
-class Selection(_Strict):
+class Selection(Strict):
     """How candidates are simulated and scored (eq. 12 to 18)."""
 
     candidates: Count = Field(20, description="candidate references")
@@ -138,14 +134,14 @@ class Selection(_Strict):
     paper: Cost = Field(LITERAL, description="the paper's cost word for word: chooses in the arm `paper`")
 
 
-class Correlation(_Strict):
+class Correlation(Strict):
     """Fig. 2: does the cost predict the error?"""
 
     candidates: Count = Field(30, description="candidates flown, learned and evaluated, besides the task itself")
     points: Count = Field(40, description="points learned from each")
 
 
-class Hindsight(_Strict):
+class Hindsight(Strict):
     """Which costs are held against the errors of all candidates."""
 
     costs: Distinct[Literal["configured", "kernel", "no process", "affine", "effects", "propagated"]] = Field(
@@ -154,13 +150,13 @@ class Hindsight(_Strict):
     )
 
 
-class Pool(_Strict):
+class Pool(Strict):
     """The scenario on recorded real flights."""
 
     seeds: Count = Field(5, description="repetitions of the subsets and the hyperparameter search")
 
 
-class HiddenEffects(_Strict):
+class HiddenEffects(Strict):
     """The hidden-effect study: does the diagnosis name what is hidden?"""
 
     study: str = Field("config/studies/hidden_effects.yaml", description="what is hidden, and how often")
@@ -171,7 +167,7 @@ class HiddenEffects(_Strict):
     )
 
 
-class ClosedLoop(_Strict):
+class ClosedLoop(Strict):
     """Flights with a hidden effect, flown again with what the diagnosis named."""
 
     folder: str = Field("config/closed_loop", description="a folder a case: truth.yaml and oracle.yaml")
@@ -208,7 +204,7 @@ class ClosedLoop(_Strict):
         return self
 
 
-class RealDiagnosis(_Strict):
+class RealDiagnosis(Strict):
     """What is diagnosed in the flights of a public data set."""
 
     model: str = Field(description="model or vehicle file, below config")
@@ -232,7 +228,7 @@ class RealDiagnosis(_Strict):
         return self
 
 
-class RealFlights(_Strict):
+class RealFlights(Strict):
     """Which public real flights `diagnose` and `add` are shown on, and with which model."""
 
     nanobench: RealDiagnosis = RealDiagnosis(
@@ -260,14 +256,14 @@ class RealFlights(_Strict):
     )
 
 
-class RealTable(_Strict):
+class RealTable(Strict):
     """The table of real flights of known vehicles: known, answered, not answerable."""
 
     cases: str = Field("config/studies/real_table.yaml", description="flights, vehicles, and what is known of them")
     only: tuple[str, ...] = Field((), description="patterns of case names, such as acsl_*; none: all cases")
 
 
-class CheckCorpus(_Strict):
+class CheckCorpus(Strict):
     """How `check` is measured: flights of many kinds of logs, and known errors put into some of them."""
 
     real: str = Field(
@@ -286,7 +282,7 @@ class CheckCorpus(_Strict):
         return self
 
 
-class ExperimentConfig(_Strict):
+class ExperimentConfig(Strict):
     """Everything that the workflow's rules read."""
 
     vehicle: str = Field("config/vehicles/omav.yaml", description="vehicle file: what is believed")
@@ -333,8 +329,4 @@ def load(content: Mapping[str, object] | None, source: str = "config") -> Experi
 
 def read(path: str | Path) -> ExperimentConfig:
     """Reads a configuration file (YAML). UsageError, one line, where it cannot be used."""
-    try:
-        content = yaml.safe_load(Path(path).read_text())
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise UsageError(problem(f"{path}: cannot be read ({error})", "a YAML file", "Check the path.")) from error
-    return load(content, str(path))
+    return load(content_of(path), str(path))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -21,11 +21,17 @@ class Strict(BaseModel):
 T = TypeVar("T", bound=Strict)
 
 
+def content_of(path: str | Path) -> Any:
+    """What the file holds. UsageError, one line, where it cannot be read."""
+    try:
+        return yaml.safe_load(Path(path).read_text())
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise UsageError(problem(f"{path}: cannot be read ({error})", "a YAML file", "Check the path.")) from error
+
+
 def read_yaml(cls: type[T], path: str | Path) -> T:
     """The file's content as `cls`. UsageError, one line, where it cannot be used."""
     try:
-        return cls.model_validate(yaml.safe_load(Path(path).read_text()))
+        return cls.model_validate(content_of(path))
     except ValidationError as error:
         raise UsageError(f"{path}: {validation_line(error, cls)}") from error
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise UsageError(problem(f"{path}: cannot be read ({error})", "a YAML file", "Check the path.")) from error

@@ -6,10 +6,10 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import yaml
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, Field, ValidationError
 
 from infotraj.errors import UsageError, problem
+from infotraj.experiment.common.strict_yaml import Strict, content_of
 from infotraj.experiment.hidden.file_profiles import LEVELS
 from infotraj.experiment.hidden.logs import LOGS
 from infotraj.vehicle import Positive, validation_line
@@ -39,11 +39,7 @@ WrongFile = Annotated[str, _known([level for level in LEVELS if level != "exact"
 RoughLog = Annotated[str, _known([log for log in LOGS if log != "clean"])]
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class Flights(_Strict):
+class Flights(Strict):
     """The references of one vehicle (kinds of `infotraj.trajectories.standard`) and how far they go."""
 
     train: tuple[str, ...] = Field(min_length=1, description="given to the diagnosis")
@@ -58,7 +54,7 @@ class Flights(_Strict):
     gains: Literal["calm", "agile"] = Field("calm", description="of the thrust-vector controller")
 
 
-class Clutter(_Strict):
+class Clutter(Strict):
     """What makes every individual a little different, and the air turbulent."""
 
     rotors: float = Field(0.01, description="standard deviation of a rotor's thrust, share")
@@ -69,7 +65,7 @@ class Clutter(_Strict):
     correlation_time: Positive = Field(0.5, description="s, of the turbulence")
 
 
-class Gusts(_Strict):
+class Gusts(Strict):
     """Dryden's gusts (`robots/plant/dryden.py`) in which some runs fly."""
 
     speed: Positive = Field(5.0, description="m/s, of the mean wind 6 m above the ground: a fresh day")
@@ -79,7 +75,7 @@ class Gusts(_Strict):
     )
 
 
-class Effect(_Strict):
+class Effect(Strict):
     """One effect at its usual size. Sizes multiply the change from the value that leaves the model as it was."""
 
     parameters: Values
@@ -88,7 +84,7 @@ class Effect(_Strict):
     alone: bool = Field(True, description="false: it acts beside others only, so it is hidden in pairs and triples")
 
 
-class Nearest(_Strict):
+class Nearest(Strict):
     """Physics beyond the catalogue, and the names of the catalogue that come nearest."""
 
     parameters: Values
@@ -96,18 +92,18 @@ class Nearest(_Strict):
     voltage: float | None = None
 
 
-class VehicleStudy(_Strict):
+class VehicleStudy(Strict):
     """What is hidden on one vehicle."""
 
     file: str
     flights: Flights
     gentle: Flights | None = Field(None, description="instead, where a load swings: its motion stays predictable")
-    effects: dict[str, Effect] = {}
+    effects: dict[str, Effect] = Field({})
     cannot_show: dict[str, Values] = Field({}, description="carried, and without any trace: not to be named")
     pairs: tuple[tuple[str, str], ...] = ()
     triples: tuple[tuple[str, str, str], ...] = ()
-    richer: dict[str, Nearest] = {}
-    unlisted: dict[str, Values] = {}
+    richer: dict[str, Nearest] = Field({})
+    unlisted: dict[str, Values] = Field({})
 
     @property
     def voltage(self) -> float | None:
@@ -115,7 +111,7 @@ class VehicleStudy(_Strict):
         return next((e.voltage for e in self.effects.values() if e.voltage), None)
 
 
-class Curves(_Strict):
+class Curves(Strict):
     """Where it ends: found rate against one thing at a time, for some effects at usual size."""
 
     effects: dict[str, tuple[str, ...]] = Field({}, description="by vehicle")
@@ -125,14 +121,14 @@ class Curves(_Strict):
     logging: tuple[Logging, ...] = ()
 
 
-class Circumstances(_Strict):
+class Circumstances(Strict):
     """What is done to the vehicle file and to the log, one at a time; hidden physics and paths stay the same."""
 
     files: tuple[WrongFile, ...] = Field((), description="how wrong the file is: `file_profiles`")
     logs: tuple[RoughLog, ...] = Field((), description="how the flight is logged: `hidden_logs`")
 
 
-class Runs(_Strict):
+class Runs(Strict):
     """How many seeds each kind of case gets. clutter: how many of the further seeds fly with clutter."""
 
     single: Count = 10
@@ -159,7 +155,7 @@ class Runs(_Strict):
     several_log: Count = 0
 
 
-class HiddenStudy(_Strict):
+class HiddenStudy(Strict):
     """The whole study."""
 
     base_seed: Count = 0
@@ -184,10 +180,7 @@ def load_study(content: Mapping[str, object], source: str) -> HiddenStudy:
 def read_study(path: str | Path) -> HiddenStudy:
     """Reads a study file (YAML); `extends` names a file beside it, whose keys it replaces. UsageError, one line, where
     it cannot be used."""
-    try:
-        content = yaml.safe_load(Path(path).read_text())
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise UsageError(problem(f"{path}: cannot be read ({error})", "a YAML file", "Check the path.")) from error
+    content = content_of(path)
     if not isinstance(content, dict):
         raise UsageError(
             problem(f"{path}: no mapping", "the keys of config/studies/hidden_effects.yaml", "Correct it.")

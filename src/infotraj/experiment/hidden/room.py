@@ -5,19 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from infotraj.design.design import room_of
 from infotraj.design.paths import Room as Around
+from infotraj.experiment.common.strict_yaml import Strict
 from infotraj.flight import Flight
 from infotraj.models import Model
 from infotraj.vehicle import Positive
 
 
-class Room(BaseModel):
+class Room(Strict):
     """What the next flight may do, as the command's options say it."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     box: tuple[Positive, Positive, Positive] = Field(description="m")
     seconds: Positive

@@ -7,23 +7,21 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field
 
 from infotraj.errors import UsageError, problem
 from infotraj.experiment.common.randomness import generator
+from infotraj.experiment.common.strict_yaml import Strict, read_yaml
 from infotraj.experiment.hidden.cases import Case, hidden_values
 from infotraj.experiment.hidden.config import Count, Flights, HiddenStudy, Sizes, WrongFile, read_study
 from infotraj.experiment.hidden.room import Room
-from infotraj.vehicle import Vehicle, validation_line
+from infotraj.vehicle import Vehicle
 
 Kind = Literal["nothing", "single", "pair"]
 
 
-class IteratedStudy(BaseModel):
+class IteratedStudy(Strict):
     """The whole study."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     hidden: str = Field(description="the hidden-effect study: vehicles, effects, usual sizes")
     base_seed: Count
@@ -54,12 +52,7 @@ class Run:
 
 def read_iterated(path: str | Path) -> tuple[IteratedStudy, HiddenStudy]:
     """The study's file and the hidden-effect study that it names. UsageError, one line, where it cannot be used."""
-    try:
-        study = IteratedStudy.model_validate(yaml.safe_load(Path(path).read_text()))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise UsageError(problem(f"{path}: cannot be read ({error})", "a YAML file", "Check the path.")) from error
-    except ValidationError as error:
-        raise UsageError(f"{path}: {validation_line(error, IteratedStudy)}") from error
+    study = read_yaml(IteratedStudy, path)
     hidden = read_study(Path(path).parent / study.hidden)
     unknown = sorted(set(study.runs) - set(hidden.vehicles))
     if unknown:

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import yaml
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from infotraj.datasets.location import find_dataset, how_to_get
 from infotraj.errors import InfotrajError, InputError
+from infotraj.experiment.common.strict_yaml import Strict, read_yaml
 from infotraj.experiment.common.tables import write_table
 from infotraj.flight import Flight
 from infotraj.plots import typeset
@@ -23,11 +23,7 @@ from infotraj.plots.what_changed import what_changed
 FOUND = ("Supported", "Not separable")
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class Condition(_Strict):
+class Condition(Strict):
     """What was done to the vehicle, as the answer that is right."""
 
     right: tuple[str, ...] = Field(description="names, any of which is right")
@@ -36,7 +32,7 @@ class Condition(_Strict):
     size: float | None = Field(None, description="mm cut off")
 
 
-class Study(_Strict):
+class Study(Strict):
     """Logs of one vehicle, healthy and changed."""
 
     folder: str
@@ -51,8 +47,8 @@ class Study(_Strict):
 
 
 def read_study(path: str | Path) -> Study:
-    """The study's file."""
-    return Study.model_validate(yaml.safe_load(Path(path).read_text()))
+    """The study's file. UsageError, one line, where it cannot be used."""
+    return read_yaml(Study, path)
 
 
 def answer_group(study: str | Path, group: str, data_dir: str | Path | None, output: str | Path) -> None:

@@ -7,22 +7,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
 from infotraj.errors import UsageError, problem
 from infotraj.experiment.common.randomness import generator
+from infotraj.experiment.common.strict_yaml import Strict, read_yaml
 from infotraj.experiment.hidden.cases import Case, hidden_values
 from infotraj.experiment.hidden.config import Count, Flights, HiddenStudy, Sizes, WrongFile, read_study
 from infotraj.experiment.hidden.room import Room
-from infotraj.vehicle import Vehicle, validation_line
+from infotraj.vehicle import Vehicle
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class Pair(_Strict):
+class Pair(Strict):
     """Two effects of the catalogue on one vehicle."""
 
     vehicle: str
@@ -34,7 +30,7 @@ class Pair(_Strict):
         return f"{self.vehicle}: {self.effects[0]} or {self.effects[1]}"
 
 
-class SeparatingStudy(_Strict):
+class SeparatingStudy(Strict):
     """The whole study."""
 
     hidden: str = Field(description="the hidden-effect study: vehicles and usual sizes")
@@ -72,12 +68,7 @@ class Run:
 
 def read_separating(path: str | Path) -> tuple[SeparatingStudy, HiddenStudy]:
     """The study's file and the hidden-effect study that it names. UsageError, one line, where it cannot be used."""
-    try:
-        study = SeparatingStudy.model_validate(yaml.safe_load(Path(path).read_text()))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise UsageError(problem(f"{path}: cannot be read ({error})", "a YAML file", "Check the path.")) from error
-    except ValidationError as error:
-        raise UsageError(f"{path}: {validation_line(error, SeparatingStudy)}") from error
+    study = read_yaml(SeparatingStudy, path)
     hidden = read_study(Path(path).parent / study.hidden)
     for pair in study.pairs:
         known = hidden.vehicles.get(pair.vehicle)
