@@ -11,11 +11,12 @@ import yaml
 from infotraj.design.paths import Room
 from infotraj.effects import effect_class
 from infotraj.errors import UsageError
+from infotraj.experiment.common.scores import read_scores
 from infotraj.experiment.hidden.plants import file_of
 from infotraj.experiment.iterated.cases import drawn, of, read_iterated, runs
 from infotraj.experiment.iterated.doublets import axes_of, doublets
 from infotraj.experiment.iterated.loop import ARMS, settled
-from infotraj.experiment.iterated.scoring import judged, read_scores, score_runs, scored
+from infotraj.experiment.iterated.scoring import judged, score_runs, scored
 from infotraj.experiment.iterated.table import loops, ratio, summarise_iterated
 from infotraj.vehicle import load_vehicle
 

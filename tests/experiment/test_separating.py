@@ -9,10 +9,11 @@ import yaml
 
 from infotraj.diagnosis.diagnosis import diagnose
 from infotraj.errors import UsageError
+from infotraj.experiment.common.scores import read_scores
 from infotraj.experiment.separating.cases import Run, drawn, read_separating, runs
 from infotraj.experiment.separating.flying import plant, shown_file, task
 from infotraj.experiment.separating.loop import AGAIN, ARMS, told
-from infotraj.experiment.separating.scoring import judged, read_scores, score_runs, scored
+from infotraj.experiment.separating.scoring import judged, score_runs, scored
 from infotraj.experiment.separating.table import OPEN, calibration, flights, needed, summarise_separating
 from infotraj.flight import Flight
 from infotraj.models import Model

@@ -30,3 +30,11 @@ def proportion(count: int, total: int) -> Proportion:
     low = float(beta.ppf(0.025, count, total - count + 1)) if count else 0.0
     high, bound = (float(beta.ppf(q, count + 1, total - count)) if count < total else 1.0 for q in (0.975, 0.95))
     return Proportion(int(count), int(total), low, high, bound)
+
+
+def share(count: int, total: int) -> str:
+    """`18 of 20: 90 % (68 to 99)`; `-` of none."""
+    p = proportion(count, total)
+    if not p.total:
+        return "-"
+    return f"{p.count} of {p.total}: {100 * p.share:.0f} % ({100 * p.low:.0f} to {100 * p.high:.0f})"

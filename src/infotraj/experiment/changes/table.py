@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from infotraj.evaluation.proportions import proportion
+from infotraj.evaluation.proportions import share
 from infotraj.experiment.changes.answering import WAYS
 from infotraj.experiment.common.tables import write_table
 from infotraj.plots import typeset
@@ -89,20 +89,13 @@ def _shares(own: pd.DataFrame) -> list[str]:
     changed, nothing = own[own["hidden"] > 0], own[own["hidden"] == 0]
     right = (changed["found"] == changed["hidden"]) & (changed["wrong"] == 0)
     return [
-        _said(single["found"].sum(), single["hidden"].sum()),
-        _said(several["found"].sum(), several["hidden"].sum()),
-        _said(changed["found"].sum(), changed["hidden"].sum()),
-        _said(right.sum(), len(changed)),
-        _said((nothing["wrong"] > 0).sum(), len(nothing)),
-        _said((changed["wrong"] > 0).sum(), len(changed)),
+        share(single["found"].sum(), single["hidden"].sum()),
+        share(several["found"].sum(), several["hidden"].sum()),
+        share(changed["found"].sum(), changed["hidden"].sum()),
+        share(right.sum(), len(changed)),
+        share((nothing["wrong"] > 0).sum(), len(nothing)),
+        share((changed["wrong"] > 0).sum(), len(changed)),
     ]
-
-
-def _said(count: int, total: int) -> str:
-    p = proportion(int(count), int(total))
-    if not p.total:
-        return "-"
-    return f"{p.count} of {p.total}: {100 * p.share:.0f} % ({100 * p.low:.0f} to {100 * p.high:.0f})"
 
 
 def _cases(every: Sequence[dict[str, Any]]) -> list[list[str]]:

@@ -14,7 +14,7 @@ from typing import Any
 
 import pandas as pd
 
-from infotraj.evaluation.proportions import Proportion, proportion
+from infotraj.evaluation.proportions import share
 
 OURS = "infotraj diagnose"
 LISTED = ("single", "pair", "triple")
@@ -98,7 +98,4 @@ def said(ways: pd.DataFrame) -> str:
 
 
 def _share(good: pd.Series) -> str:
-    p: Proportion = proportion(int(good.sum()), len(good))
-    return (
-        f"{p.count} of {p.total}: {100 * p.share:.0f} % ({100 * p.low:.0f} to {100 * p.high:.0f})" if p.total else "-"
-    )
+    return share(int(good.sum()), len(good))

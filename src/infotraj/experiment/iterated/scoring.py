@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from infotraj.experiment.common.scores import Score, add_score, read_scores
 from infotraj.experiment.hidden import plants
 from infotraj.experiment.hidden.config import HiddenStudy
 from infotraj.experiment.hidden.file_errors import cancelled, excused, told_in_file
@@ -19,7 +17,6 @@ from infotraj.experiment.iterated.cases import IteratedStudy, Run, drawn, of
 from infotraj.experiment.iterated.loop import ARMS, Answer, loop, settled
 from infotraj.vehicle import Vehicle, load_vehicle
 
-Score = dict[str, Any]
 Hidden = Sequence[tuple[str, dict[str, Any]]]
 
 
@@ -76,20 +73,8 @@ def judged(now: Answer, hidden: Hidden, file: Vehicle, vehicle: Vehicle) -> str:
 
 def score_runs(study: IteratedStudy, hidden: HiddenStudy, every: Sequence[Run], scores: Path) -> None:
     """Appends one line of JSON a run; a run that is there already is not made again."""
-    scores.parent.mkdir(parents=True, exist_ok=True)
     there = {s["run"] for s in read_scores(scores)}
     for run in every:
         if run.name in there:
             continue
-        made = json.dumps(score_run(study, hidden, run), default=_plain)
-        with scores.open("a") as file:
-            file.write(made + "\n")
-
-
-def read_scores(scores: Path) -> list[Score]:
-    """The scores that are there."""
-    return [json.loads(line) for line in scores.read_text().splitlines()] if scores.is_file() else []
-
-
-def _plain(value: Any) -> Any:
-    return value.item() if isinstance(value, np.generic) else np.asarray(value).tolist()
+        add_score(score_run(study, hidden, run), scores)

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from infotraj.evaluation.proportions import proportion
+from infotraj.evaluation.proportions import share
+from infotraj.experiment.common.scores import Score, read_scores
 from infotraj.experiment.common.tables import write_table
 from infotraj.experiment.iterated.cases import IteratedStudy
 from infotraj.experiment.iterated.loop import ARMS
-from infotraj.experiment.iterated.scoring import Score, read_scores
 from infotraj.plots import typeset
 from infotraj.plots.style import write_text
 
@@ -134,9 +134,3 @@ def _runs_table(made: pd.DataFrame) -> str:
 
 def _marked(row: pd.Series) -> str:
     return f"**{row['last']}**" if row["end"] == "wrong" else f"{row['end']}: {row['last']}"
-
-
-def share(count: int, total: int) -> str:
-    """`18 of 20: 90 % (68 to 99)`."""
-    p = proportion(count, total)
-    return f"{count} of {total}: {100 * p.share:.0f} % ({100 * p.low:.0f} to {100 * p.high:.0f})" if total else "-"

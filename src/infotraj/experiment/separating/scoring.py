@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-
+from infotraj.experiment.common.scores import Score, add_score, read_scores
 from infotraj.experiment.hidden.config import HiddenStudy
 from infotraj.experiment.separating.cases import Run, SeparatingStudy, drawn
 from infotraj.experiment.separating.loop import AGAIN, ARMS, Answer, loop, told
 from infotraj.vehicle import load_vehicle
-
-Score = dict[str, Any]
 
 
 def score_run(study: SeparatingStudy, hidden: HiddenStudy, run: Run) -> Score:
@@ -54,20 +49,8 @@ def judged(step: Answer, pair: tuple[str, str], hides: int) -> str:
 
 def score_runs(study: SeparatingStudy, hidden: HiddenStudy, every: Sequence[Run], scores: Path) -> None:
     """Appends one line of JSON a run; a run that is there already is not made again."""
-    scores.parent.mkdir(parents=True, exist_ok=True)
     there = {(s["pair"], s["number"]) for s in read_scores(scores)}
     for run in every:
         if (study.pairs[run.pair].name, run.number) in there:
             continue
-        made = json.dumps(score_run(study, hidden, run), default=_plain)
-        with scores.open("a") as file:
-            file.write(made + "\n")
-
-
-def read_scores(scores: Path) -> list[Score]:
-    """The scores that are there."""
-    return [json.loads(line) for line in scores.read_text().splitlines()] if scores.is_file() else []
-
-
-def _plain(value: Any) -> Any:
-    return value.item() if isinstance(value, np.generic) else np.asarray(value).tolist()
+        add_score(score_run(study, hidden, run), scores)

@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 
 from infotraj.diagnosis.judge.groups import AS_PROBABLE
-from infotraj.evaluation.proportions import proportion
+from infotraj.evaluation.proportions import share
+from infotraj.experiment.common.scores import Score, read_scores
 from infotraj.experiment.common.tables import write_table
 from infotraj.experiment.separating.cases import SeparatingStudy
 from infotraj.experiment.separating.loop import AGAIN, ARMS
-from infotraj.experiment.separating.scoring import Score, read_scores
 from infotraj.plots import typeset
 from infotraj.plots.style import write_text
 
@@ -155,9 +155,3 @@ def _calibration_table(made: pd.DataFrame, arm: str) -> str:
         for _, row in calibration(made, arm).iterrows()
     ]
     return typeset.markdown(header, cells)
-
-
-def share(count: int, total: int) -> str:
-    """`18 of 20: 90 % (68 to 99)`."""
-    p = proportion(count, total)
-    return f"{count} of {total}: {100 * p.share:.0f} % ({100 * p.low:.0f} to {100 * p.high:.0f})" if total else "-"
