@@ -89,9 +89,8 @@ def matters(bias: float, floor: float) -> bool:
 
 
 def find_places(
-    samples: Samples, rng: np.random.Generator, *, draws: int = DRAWS, alpha: float = ALPHA,
-    least_excess: float = LEAST_EXCESS,
-) -> Found:  # fmt: skip
+    samples: Samples, rng: np.random.Generator, *, draws: int = DRAWS, least_excess: float = LEAST_EXCESS
+) -> Found:
     """Searches every quantity for every axis, then what is left, up to three places an axis; then pairs."""
     cut = [(q, r) for q in samples.quantities if (r := Ranges.of(q.values)) is not None]
     residual = samples.residual - samples.residual.mean(axis=0)
@@ -107,13 +106,13 @@ def find_places(
         scored = _score(samples, cut, left, drawn)
         if search is None:
             search = Search(
-                samples.axes, tuple(q.name for q, _ in cut), scored.z[0], scored.threshold(alpha), scored.p,
+                samples.axes, tuple(q.name for q, _ in cut), scored.z[0], scored.threshold(), scored.p,
                 scored.explained,
             )  # fmt: skip
         found_any = False
         for a in sorted(open_axes):
             taken = {p.quantity.name for p in places if p.axis == samples.axes[a]}
-            place = _best(samples, cut, scored, left, a, taken, alpha, least_excess, blocks, rng)
+            place = _best(samples, cut, scored, left, a, taken, least_excess, blocks, rng)
             if place is None:
                 open_axes.discard(a)
                 continue
@@ -127,7 +126,7 @@ def find_places(
             break
     assert search is not None  # of the first round
     places.sort(key=lambda p: -p.gain)
-    pairs = _pairs(samples, residual, drawn, alpha, least_excess, blocks, rng, places) if places else []
+    pairs = _pairs(samples, residual, drawn, least_excess, blocks, rng, places) if places else []
     return Found(samples, places, search, memory, pairs)
 
 
@@ -142,8 +141,8 @@ class _Scored:
     explained: Array
     heights: list[Array]
 
-    def threshold(self, alpha: float) -> float:
-        return float(np.quantile(self.highest, 1.0 - alpha, method="higher"))
+    def threshold(self) -> float:
+        return float(np.quantile(self.highest, 1.0 - ALPHA, method="higher"))
 
 
 def _score(samples: Samples, cut: list[tuple[Quantity, Ranges]], residual: Array, drawn: Draws) -> _Scored:
@@ -163,9 +162,9 @@ def _score(samples: Samples, cut: list[tuple[Quantity, Ranges]], residual: Array
 
 def _best(
     samples: Samples, cut: list[tuple[Quantity, Ranges]], scored: _Scored, residual: Array, a: int, taken: set[str],
-    alpha: float, least_excess: float, blocks: NDArray, rng: np.random.Generator,
+    least_excess: float, blocks: NDArray, rng: np.random.Generator,
 ) -> Place | None:  # fmt: skip
-    significant = (scored.p[a] <= alpha) & np.array([q.name not in taken for q, _ in cut])
+    significant = (scored.p[a] <= ALPHA) & np.array([q.name not in taken for q, _ in cut])
     if not significant.any():
         return None
     k = int(np.argmax(np.where(significant, scored.gain[a], -np.inf)))
@@ -193,8 +192,8 @@ def _best(
 
 
 def _pairs(
-    samples: Samples, residual: Array, drawn: Draws, alpha: float, least_excess: float, blocks: NDArray,
-    rng: np.random.Generator, places: list[Place],
+    samples: Samples, residual: Array, drawn: Draws, least_excess: float, blocks: NDArray, rng: np.random.Generator,
+    places: list[Place],
 ) -> list[Place]:  # fmt: skip
     """Cells of two quantities that describe an axis better than either does alone, one pair an axis."""
     chosen = [q for q in samples.quantities if q.name in PRIMARY and Ranges.of(q.values) is not None]
@@ -210,7 +209,7 @@ def _pairs(
     for a, axis in enumerate(samples.axes):
         best_single = max((pl.gain for pl in places if pl.axis == axis), default=0.0)
         k = int(np.argmax(gain[0, a]))
-        if p[a, k] > alpha or gain[0, a, k] < PAIR_GAIN * best_single:
+        if p[a, k] > ALPHA or gain[0, a, k] < PAIR_GAIN * best_single:
             continue
         cell, count = cells[k]
         squares = np.bincount(cell, residual[:, a] ** 2, minlength=count)
