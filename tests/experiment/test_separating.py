@@ -133,7 +133,7 @@ def test_flights_needed_and_calibration_are_counted_from_the_scores():
     assert (own["passed"].iloc[-1], own["right"].iloc[-1]) == (1, 1)
     assert own["predicted"].iloc[-1] == pytest.approx(0.98)
     assert calibration(made, AGAIN)["passed"].tolist() == [0, 1, 0, 0, 0]
-    assert calibration(made)["flights"].sum() == len(made) == 9
+    assert sum(calibration(made, arm)["flights"].sum() for arm in (*ARMS, AGAIN)) == len(made) == 9
 
 
 def test_the_page_counts_failed_runs_and_what_was_told(tmp_path):

@@ -89,9 +89,9 @@ def present(entry: Entry, folder: Path) -> Path | None:
     return None
 
 
-def default_root(data_dir: str | Path | None = None) -> Path:
-    """Where data sets go: the folder that INFOTRAJ_DATA names, else `data_dir`, else ./data."""
-    return Path(os.environ.get(VARIABLE) or data_dir or "data").expanduser()
+def default_root() -> Path:
+    """Where data sets go: the folder that INFOTRAJ_DATA names, else ./data."""
+    return Path(os.environ.get(VARIABLE) or "data").expanduser()
 
 
 def fetch(name: str, root: Path, address: str | None = None) -> tuple[Path, int]:

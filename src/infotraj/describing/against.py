@@ -37,14 +37,14 @@ class Seen:
     sentence: str
 
 
-def seen(error: EquationError, names: tuple[str, ...] = AXES, rotors: Array | None = None) -> list[Seen]:
+def seen(error: EquationError, rotors: Array | None = None) -> list[Seen]:
     """Thrust, and the three torques, of a flight against what the vehicle file predicts.
 
     rotors (r, n, 6): what each rotor does of the predicted wrench; none by default, as of a vehicle without rotors.
     """
     rotors = np.zeros((0, *error.predicted.shape)) if rotors is None else rotors
     out = [_thrust(error, rotors)]
-    for k, axis in enumerate(names[3:], start=3):
+    for k, axis in enumerate(AXES[3:], start=3):
         rows = error.scored[:, k]
         if axis in error.reasons or rows.sum() < 20:
             out.append(Seen(axis, True, f"{axis}: not asked ({error.reasons.get(axis, 'too few rows')})"))

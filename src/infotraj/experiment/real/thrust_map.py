@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -98,11 +97,11 @@ def _prepared(flight: Flight) -> tuple[Array, Array, Array, Window, Array, Array
     return t, flight.numbered("cmd_rotor_"), volts, window, keep, up
 
 
-def named_flights(data_dir: str | Path | None = None) -> list[Flight]:
+def named_flights() -> list[Flight]:
     """The five flights. InputError where the data set is not on this machine."""
     from infotraj.importing import import_log
 
-    folder = location.dataset("nanobench", data_dir)
+    folder = location.dataset("nanobench")
     return [import_log(folder / f"{name}.parquet", "nanobench") for name in FLIGHTS]
 
 

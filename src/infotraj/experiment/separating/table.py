@@ -56,10 +56,10 @@ def needed(made: pd.DataFrame, most: int) -> pd.DataFrame:
     return last.pivot(index=["pair", "number"], columns="arm", values="needed").reset_index()
 
 
-def calibration(made: pd.DataFrame, arm: str | None = None) -> pd.DataFrame:
+def calibration(made: pd.DataFrame, arm: str) -> pd.DataFrame:
     """A row a bin of predicted probability: how many, their mean, and how often the odds passed and the name was
     told."""
-    own = made if arm is None else made[made["arm"] == arm]
+    own = made[made["arm"] == arm]
     place = np.clip(np.digitize(own["predicted"], EDGES) - 1, 0, len(EDGES) - 2)
     rows = []
     for k in range(len(EDGES) - 1):
