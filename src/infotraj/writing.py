@@ -30,3 +30,9 @@ def whole(path: Path) -> Iterator[Path]:
     except OSError as error:
         what = f"{path}: {error.strerror or error}"
         raise InfotrajError(problem(what, "a place that can be written", "Choose another.")) from error
+
+
+def write_text(text: str, path: str | Path) -> None:
+    """Writes text, whole or not at all."""
+    with whole(Path(path)) as part:
+        part.write_text(text)

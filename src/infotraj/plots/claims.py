@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from infotraj.errors import InputError, problem
 from infotraj.plots import style, typeset
+from infotraj.writing import write_text
 
 COLUMNS = ("claim", "paper", "ours", "low", "high", "holds")
 COLORS = {"yes": style.GREEN, "no": style.VERMILION, "open": style.INK}
@@ -27,7 +28,7 @@ def claims_table(table: pd.DataFrame, markdown: str | Path | None = None, png: s
         if value not in COLORS:
             raise InputError(problem(f"claims: holds is '{value}'", ", ".join(COLORS), "Write the table again."))
     if markdown is not None:
-        style.write_text(typeset.markdown(HEADER, _cells(table)), markdown)
+        write_text(typeset.markdown(HEADER, _cells(table)), markdown)
     if png is not None:
         style.write(lambda: draw_claims(table), png)
 

@@ -88,12 +88,6 @@ def write(draw: Callable[[], Figure], *paths: str | Path) -> None:
                 drawn.savefig(part, format=path.suffix.removeprefix("."), metadata=metadata)
 
 
-def write_text(text: str, path: str | Path) -> None:
-    """Writes text, whole or not at all."""
-    with whole(Path(path)) as part:
-        part.write_text(text)
-
-
 def checked(table: pd.DataFrame, columns: Iterable[str], what: str) -> pd.DataFrame:
     """The table itself. InputError, one line, where it is empty or a column is missing."""
     columns = tuple(columns)

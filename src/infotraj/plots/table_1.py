@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from infotraj.evaluation.intervals import bootstrap_mean
 from infotraj.plots import style, typeset
+from infotraj.writing import write_text
 
 COLUMNS = ("plant", "seed", "source", "axis", "reduction")
 AXES = ("x", "y", "z")
@@ -46,11 +47,11 @@ def table_1(
     summary = summarised(table)
     header, rows = _cells(summary)
     if csv is not None:
-        style.write_text(summary.to_csv(index=False, float_format="%.6g"), csv)
+        write_text(summary.to_csv(index=False, float_format="%.6g"), csv)
     if markdown is not None:
-        style.write_text(typeset.markdown(header, rows), markdown)
+        write_text(typeset.markdown(header, rows), markdown)
     if tex is not None:
-        style.write_text(typeset.latex(header, rows), tex)
+        write_text(typeset.latex(header, rows), tex)
     if png is not None:
         style.write(lambda: draw_table_1(table), png)
 

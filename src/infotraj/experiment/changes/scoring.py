@@ -22,6 +22,7 @@ from infotraj.experiment.hidden.file_errors import excused, told_in_file
 from infotraj.experiment.hidden.scoring import AGAIN, LARGEST_GROUP, instances, same_place
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle, load_vehicle
+from infotraj.writing import write_text
 
 Score = dict[str, Any]
 
@@ -29,10 +30,7 @@ Score = dict[str, Any]
 def score_changes(*, flights: Path, answers: Path, truth: Path, scores: Path) -> None:
     """Writes a JSON list with one score a case."""
     found = [score_change(flights / c.name, answers / c.name, c) for c in sorted(truth.glob("case_*"))]
-    part = scores.with_name(f".{scores.name}.part")
-    scores.parent.mkdir(parents=True, exist_ok=True)
-    part.write_text(json.dumps(found, indent=1) + "\n")
-    part.replace(scores)
+    write_text(json.dumps(found, indent=1) + "\n", scores)
 
 
 def score_change(shown: Path, answer: Path, kept: Path) -> Score:

@@ -14,7 +14,7 @@ from infotraj.evaluation.proportions import share
 from infotraj.experiment.changes.answering import WAYS
 from infotraj.experiment.common.tables import write_table
 from infotraj.plots import typeset
-from infotraj.plots.style import write_text
+from infotraj.writing import write_text
 
 ALL = "all"
 _WORDS = {"with": "with healthy flights", "without": "the same flights without"}

@@ -33,6 +33,7 @@ from infotraj.robots.robot import Robot
 from infotraj.trajectories.reference import Reference
 from infotraj.trajectories.wandering import wandering
 from infotraj.vehicle import load_vehicle
+from infotraj.writing import write_text
 
 
 def fly_nominal(
@@ -196,7 +197,4 @@ def _plain(names: str) -> str:
 
 
 def _write_json(content: object, path: Path) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.part")
-    part.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n")
-    part.replace(path)
+    write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", path)

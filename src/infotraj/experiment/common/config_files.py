@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from typing import Any, get_type_hints
 
@@ -14,6 +13,7 @@ import yaml
 from pydantic import BaseModel, ConfigDict, create_model
 
 from infotraj.experiment.common.config import ExperimentConfig
+from infotraj.writing import write_text
 
 DEFAULTS = Path("config/config.yaml")
 SCHEMA = Path("workflow/schemas/config.schema.json")
@@ -49,11 +49,7 @@ def _record_by_name(record: Any) -> dict[str, Any]:
 def write(folder: str | Path = ".") -> None:
     """Writes both files below `folder`, the top of the project."""
     for name, text in ((DEFAULTS, default_yaml()), (SCHEMA, schema())):
-        path = Path(folder) / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part = path.with_name(f".{path.name}.part")
-        part.write_text(text)
-        os.replace(part, path)
+        write_text(text, Path(folder) / name)
 
 
 def _is_record(value: object) -> bool:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
 
 from infotraj.errors import InputError, problem
+from infotraj.writing import whole
 
 
 def gather(*, tables: Sequence[str | Path], table: str | Path) -> None:
@@ -23,8 +23,5 @@ def gather(*, tables: Sequence[str | Path], table: str | Path) -> None:
 
 def write_table(rows: pd.DataFrame, path: str | Path) -> None:
     """Writes a table of results as CSV, whole or not at all."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.part")
-    rows.to_csv(part, index=False, float_format="%.9g")
-    os.replace(part, path)
+    with whole(Path(path)) as part:
+        rows.to_csv(part, index=False, float_format="%.9g")

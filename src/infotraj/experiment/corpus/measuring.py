@@ -19,6 +19,7 @@ from infotraj.experiment.common.config import CheckCorpus
 from infotraj.experiment.corpus.judging import Row, judge
 from infotraj.experiment.corpus.real import real_recipes
 from infotraj.experiment.corpus.recipes import Recipe, simulated_recipes
+from infotraj.writing import write_text
 
 SEVERITIES = {"rejections": "reject", "cuts": "cut", "warnings": "warning"}
 
@@ -120,7 +121,6 @@ def _confusion(rows: list[Row]) -> dict[str, dict[str, Any]]:
 def write(result: dict[str, Any], numbers: str | Path, markdown: str | Path, *drawn: str | Path) -> None:
     """The figures as JSON, as Markdown tables, and drawn (.pdf, .png)."""
     from infotraj.plots.check_corpus import errors_of_check
-    from infotraj.plots.style import write_text
 
     write_text(json.dumps(result, indent=1) + "\n", numbers)
     write_text(tables(result), markdown)

@@ -39,6 +39,7 @@ from infotraj.flight import Flight, read_flight
 from infotraj.models import Model
 from infotraj.models.file import load_model
 from infotraj.vehicle import Vehicle, load_vehicle
+from infotraj.writing import write_text
 
 LARGEST_GROUP = 4
 MISSED, MISSED_ROUGH = 0.05, 0.25
@@ -52,10 +53,7 @@ def score_batch(*, flights: Path, answers: Path, named: Path, truth: Path, score
         score_run(flights / run.name, answers / run.name, named / f"{run.name}.json", run)
         for run in sorted(truth.glob("run_*"))
     ]
-    part = scores.with_name(f".{scores.name}.part")
-    scores.parent.mkdir(parents=True, exist_ok=True)
-    part.write_text(json.dumps(found, indent=1) + "\n")
-    part.replace(scores)
+    write_text(json.dumps(found, indent=1) + "\n", scores)
 
 
 def score_run(shown: Path, answer: Path, today: Path, kept: Path) -> Score:

@@ -14,7 +14,7 @@ from infotraj.experiment.common.tables import write_table
 from infotraj.experiment.iterated.cases import IteratedStudy
 from infotraj.experiment.iterated.loop import ARMS
 from infotraj.plots import typeset
-from infotraj.plots.style import write_text
+from infotraj.writing import write_text
 
 COLUMNS = ("run", "kind", "hidden", "first", "arm", "flights", "needed", "ends", "end", "wrong_on_the_way", "last")
 WORDS = {

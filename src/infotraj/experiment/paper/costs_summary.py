@@ -14,8 +14,8 @@ from infotraj.evaluation.intervals import Interval
 from infotraj.experiment.common.tables import write_table
 from infotraj.experiment.paper.costs import LITERAL, OURS
 from infotraj.experiment.paper.selecting import TASK
-from infotraj.plots.style import write_text
 from infotraj.plots.typeset import markdown as as_markdown
+from infotraj.writing import write_text
 
 RUN = ["plant", "seed"]
 

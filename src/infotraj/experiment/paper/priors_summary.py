@@ -10,8 +10,8 @@ import pandas as pd
 from infotraj.evaluation.intervals import Interval, bootstrap_mean
 from infotraj.experiment.common.tables import write_table
 from infotraj.experiment.paper.priors import NONE, PHYSICS
-from infotraj.plots.style import write_text
 from infotraj.plots.typeset import markdown as as_markdown
+from infotraj.writing import write_text
 
 RUN = ["plant", "seed"]
 ARM = ["flown", "learned", "source"]

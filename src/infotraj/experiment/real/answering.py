@@ -21,8 +21,8 @@ from infotraj.experiment.real.cases import RealCase, Window, flight_path, read_c
 from infotraj.flight import Flight, read_flight
 from infotraj.models import Model, save_model
 from infotraj.models.file import read_model
-from infotraj.plots.style import write_text
 from infotraj.vehicle import Vehicle
+from infotraj.writing import write_text
 
 
 def answer_case(

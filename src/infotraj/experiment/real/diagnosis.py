@@ -29,8 +29,8 @@ from infotraj.experiment.real.windows import chosen
 from infotraj.flight import Flight, read_flight
 from infotraj.models import Model, load_model
 from infotraj.models.file import read_model
-from infotraj.plots.style import write_text
 from infotraj.vehicle import Vehicle
+from infotraj.writing import write_text
 
 NOTHING = "nothing"
 JOINED = "+"  # between the names of effects that are added together

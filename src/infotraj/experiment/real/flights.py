@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +21,7 @@ from infotraj.importing import import_log
 from infotraj.locating import locating
 from infotraj.locating import summary as located_summary
 from infotraj.models import load_model
+from infotraj.writing import write_text
 
 SHORTEST = 5.0  # s that a log must have left to be used
 LEFT_OUT = {"low_flight"}  # findings that are no fault of the log, but of no use here: ground effect in every row
@@ -96,8 +96,8 @@ def compare_flights(
     chosen = data_set(name)
     models = {path: load_model(Path(config) / path) for path in chosen.models}
     found = compare(models, _flights(flights), horizons=parse_horizons(HORIZONS), force_from=chosen.force_from)
-    _write(json.dumps(as_dict(found), indent=2, allow_nan=False) + "\n", numbers)
-    _write(as_text(found, verbose=True), text)
+    write_text(json.dumps(as_dict(found), indent=2, allow_nan=False) + "\n", numbers)
+    write_text(as_text(found, verbose=True), text)
     comparison_figures(found, figures)
 
 
@@ -118,8 +118,8 @@ def locate_in_flights(
         rng=np.random.default_rng(seed),
         force_from=chosen.force_from,
     )
-    _write(json.dumps(located_summary.as_dict(found), indent=2, allow_nan=False) + "\n", numbers)
-    _write(located_summary.as_text(found, verbose=True), text)
+    write_text(json.dumps(located_summary.as_dict(found), indent=2, allow_nan=False) + "\n", numbers)
+    write_text(located_summary.as_text(found, verbose=True), text)
     place_figures(found, figures)
 
 
@@ -159,7 +159,7 @@ def summarise(*, comparisons: Sequence[Path], places: Sequence[Path], table: str
         ]
         for _, r in result.iterrows()
     ]
-    _write(
+    write_text(
         "RMSE (N, N m), over the floor, and the quantity that the worst place is named by.\n\n"
         + typeset.markdown(header, cells),
         markdown,
@@ -174,12 +174,4 @@ def _flights(folder: str | Path) -> list[Flight]:
 
 
 def _write_csv(table: pd.DataFrame, path: str | Path) -> None:
-    _write(table.to_csv(index=False), path)
-
-
-def _write(text: str, path: str | Path) -> None:
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.part")
-    part.write_text(text)
-    os.replace(part, path)
+    write_text(table.to_csv(index=False), path)

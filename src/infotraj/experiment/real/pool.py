@@ -7,7 +7,6 @@ are learned. The settings and the reasons for them are in docs/pool.md.
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -28,6 +27,7 @@ from infotraj.residual.posterior_variance import RegionVariance
 from infotraj.robots.pool import Pool
 from infotraj.rotations import Array, to_body
 from infotraj.trajectories.reference import Reference
+from infotraj.writing import write_text
 
 COLUMNS = ("task", "prior", "candidate", "seed", "cost", "error", "chosen", "error_before")
 _STRICTER = "Without the candidates that follow the task's own trajectory."
@@ -119,7 +119,7 @@ def evaluate_pool(*, data_dir: str | Path | None, table: str | Path, seeds: list
     folder = location.dataset(nanobench.NAME, data_dir)
     pool = Pool({name: nanobench.read(path) for name, path in nanobench.good_flights(folder).items()})
     rows = judge(pool, seeds, Settings(**settings))
-    _write(table, rows.to_csv(index=False, float_format="%.8g"))
+    write_text(rows.to_csv(index=False, float_format="%.8g"), table)
 
 
 def judge(pool: Pool, seeds: list[int], settings: Settings) -> pd.DataFrame:
@@ -242,8 +242,8 @@ def summarise_pool(*, table: str | Path, summary: str | Path, markdown: str | Pa
         fewer = pool_choice.choices(pool_choice.choose_again(rows, other))
         stricter = pool_choice.overall(fewer, np.random.default_rng(seed))
         parts.append(_mean_row(OTHER_TRAJECTORIES, pool_choice.by_task(fewer), stricter))
-    _write(summary, pd.concat(parts, ignore_index=True).to_csv(index=False, float_format="%.6g"))
-    _write(markdown, _markdown(tasks, gains, stricter, chosen))
+    write_text(pd.concat(parts, ignore_index=True).to_csv(index=False, float_format="%.6g"), summary)
+    write_text(_markdown(tasks, gains, stricter, chosen), markdown)
 
 
 def _mean_row(name: str, tasks: pd.DataFrame, gains: pd.DataFrame) -> pd.DataFrame:
@@ -289,11 +289,3 @@ def _interval_table(gains: pd.DataFrame) -> list[str]:
             for gain in gains.itertuples(index=False)
         ),
     ]
-
-
-def _write(path: str | Path, text: str) -> None:
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.part")
-    part.write_text(text)
-    os.replace(part, path)

@@ -14,7 +14,7 @@ from infotraj.comparing.equation_error import AXES
 from infotraj.experiment.common.tables import write_table
 from infotraj.experiment.real.cases import RealCase, missing, read_cases
 from infotraj.plots import typeset
-from infotraj.plots.style import write_text
+from infotraj.writing import write_text
 
 FOUND = ("Supported", "Not separable")
 NAMED = (*FOUND, "Plausible")

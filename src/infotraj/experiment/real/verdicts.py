@@ -12,7 +12,7 @@ import pandas as pd
 
 from infotraj.experiment.common.tables import write_table
 from infotraj.plots import typeset
-from infotraj.plots.style import write_text
+from infotraj.writing import write_text
 
 _NAMED = ("Supported", "Not separable", "Plausible")
 _OTHERS = ("Not needed", "Not testable here")

@@ -17,8 +17,8 @@ from infotraj.experiment.common.strict_yaml import Strict, read_yaml
 from infotraj.experiment.common.tables import write_table
 from infotraj.flight import Flight
 from infotraj.plots import typeset
-from infotraj.plots.style import write_text
 from infotraj.plots.what_changed import what_changed
+from infotraj.writing import write_text
 
 FOUND = ("Supported", "Not separable")
 

@@ -15,7 +15,7 @@ from infotraj.experiment.common.tables import write_table
 from infotraj.experiment.separating.cases import SeparatingStudy
 from infotraj.experiment.separating.loop import AGAIN, ARMS
 from infotraj.plots import typeset
-from infotraj.plots.style import write_text
+from infotraj.writing import write_text
 
 ALL = "all"
 EDGES = (0.0, 0.2, 0.5, 0.8, 0.95, 1.0)

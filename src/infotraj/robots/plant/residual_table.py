@@ -6,7 +6,6 @@ python -m infotraj.robots.plant.residual_table      writes docs/plants.md betwee
 from __future__ import annotations
 
 import argparse
-import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +16,7 @@ from infotraj.robots.plant.static import StaticPlant
 from infotraj.robots.plant.truth import load_truth
 from infotraj.rotations import Array
 from infotraj.vehicle import load_vehicle
+from infotraj.writing import write_text
 
 TILTS = np.radians(np.arange(0.0, 61.0, 10.0))
 AZIMUTHS = np.radians(np.arange(0.0, 360.0, 45.0))
@@ -147,9 +147,7 @@ def write_table(page: Path, content: str) -> None:
         raise InputError(problem(f"{page}: no place for the table", f"one line {BEGIN} and one {END}", "Add them."))
     before, rest = text.split(BEGIN)
     after = rest.split(END)[1]
-    part = page.with_name(f".{page.name}.part")
-    part.write_text(f"{before}{BEGIN}\n{content}\n{END}{after}")
-    os.replace(part, page)
+    write_text(f"{before}{BEGIN}\n{content}\n{END}{after}", page)
 
 
 def main() -> None:
