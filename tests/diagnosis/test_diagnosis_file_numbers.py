@@ -33,12 +33,12 @@ def candidate(name, **fixed):
     return Candidate(cls, tuple(p for p in cls.parameters if not p.index), tuple(fixed.items()))
 
 
-def made_of(monkeypatch, thetas, deviation, spike=0.3, **changed):
+def made_of(monkeypatch, thetas, deviation, spike=0.3, command_step=0.0, **changed):
     """What a fit knows of one number of each candidate: theta, usual sizes, its deviation and what a file is off by."""
     columns = [
         SimpleNamespace(candidate=c, place=place, scale=places(c, VEHICLE)[place].scale) for c, place, _ in thetas
     ]
-    observation = SimpleNamespace(vehicle=VEHICLE, healthy=None)
+    observation = SimpleNamespace(vehicle=VEHICLE, healthy=None, command_step=command_step)
     linear = SimpleNamespace(columns=columns, observation=observation, spike=lambda _: np.full(len(columns), spike))
     solution = SimpleNamespace(theta=np.array([x for *_, x in thetas]))
     monkeypatch.setattr(numbers, "overdispersion", lambda _: (1.0, deviation**2 * np.eye(len(columns))))
@@ -109,7 +109,8 @@ def test_numbers_of_an_effect_stand_by_parameter():
 
 
 def test_the_error_of_a_fitted_number_is_in_its_own_unit():
-    """2000 rows of variance 1 beside noise of 1: a number to 1 / sqrt(2000) of its usual size, times its slope."""
+    """2000 rows of variance 1 beside noise of 1: a number to 1 / sqrt(2000) of its usual size, times its slope; a time
+    no better than to a tenth of the 5 ms between commands."""
 
     def rows(rng, _):
         x = rng.standard_normal((ROWS, 3))
@@ -118,7 +119,7 @@ def test_the_error_of_a_fitted_number_is_in_its_own_unit():
 
     _, whole = linear_fit(["actuation_delay", "mass_offset"], rows, ["actuation_delay", "mass_offset"])
     delay, mass = fitted_numbers(whole)
-    assert delay["delay"] == pytest.approx(0.015 / np.sqrt(2000), rel=0.3)
+    assert delay["delay"] == pytest.approx(np.hypot(0.015 / np.sqrt(2000), 0.0005), rel=0.1)
     # The point has no mass added: there a step of the logarithm is one of the mass.
     assert mass["dm"] == pytest.approx(0.05 * VEHICLE.mass / np.sqrt(2000), rel=0.3)
     heavier = whole.linear.point[1].candidate.at({"dm": VEHICLE.mass})
@@ -281,3 +282,27 @@ def test_a_change_from_healthy_flights_is_as_unsure_as_its_data_scatter(monkeypa
     made.members = (Member(cls, cls.absent(VEHICLE)),)
     scale = places(cls, VEHICLE)[0].scale
     assert fitted_numbers(made) == [{"r": pytest.approx([0.2 * scale, 0.4 * scale, 0.0])}]
+
+
+def test_times_of_the_file_are_no_surer_than_stamps(monkeypatch):
+    """A tenth of 10 ms beside 0.5 ms, and what is less than three times as far off is not told."""
+    monkeypatch.setattr(numbers, "thrust_over_mass", lambda made, named, faint: [])
+    monkeypatch.setattr(numbers, "_takes", lambda made, along, faint: {})
+    lag = places(candidate("rotor_lag"), VEHICLE)[0].scale
+    asked = [(candidate("rotor_lag"), 0, 0.004 / lag), (candidate("time_offset"), 0, 0.2)]
+    (told, *_) = file_numbers(made_of(monkeypatch, asked, 0.0005 / lag), ())
+    assert told.standard_error == pytest.approx(0.0005)
+    (of_lag, *_) = file_numbers(made_of(monkeypatch, asked, 0.0005 / lag, command_step=0.01), ())
+    assert of_lag.standard_error == pytest.approx(np.hypot(0.0005, 0.001))
+    assert file_numbers(made_of(monkeypatch, asked, 0.0005 / lag, command_step=0.2), ()) == ()
+
+
+def test_thrust_over_mass_is_no_surer_than_the_force_that_stays():
+    """0.2 N of a weight of 7.848 N beside 0.1 %; other numbers are as they were."""
+    ratio = numbers.FileNumber(f"thrust of all rotors {numbers.OVER_MASS}", 1.0, 0.9, 0.001, True)
+    other = numbers.FileNumber("mass", 0.8, 0.9, 0.001, True, "kg")
+    weight = VEHICLE.mass * VEHICLE.gravity
+    told, same = numbers.beside_what_stays((ratio, other), 0.2, VEHICLE)
+    assert told.standard_error == pytest.approx(np.hypot(0.001, 0.9 * 0.2 / weight))
+    assert (told.value, same) == (0.9, other)
+    assert numbers.beside_what_stays((ratio, other), 0.0, VEHICLE) == (ratio, other)

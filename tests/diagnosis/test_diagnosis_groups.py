@@ -62,8 +62,8 @@ def test_what_another_explains_beside_an_effect_makes_it_no_rival():
     assert rivals(search, whole, "linear_drag", 0.05) == []
 
 
-def order_of(names, resembles):
-    """In which order a group is named whose first member is true, and whose others' columns resemble its own."""
+def as_group(names, resembles, order=None):
+    """A judge, and a group whose first member is true and whose others' columns resemble its own."""
 
     def rows(rng, _):
         x = np.zeros((ROWS, 1 + len(names)))
@@ -77,7 +77,13 @@ def order_of(names, resembles):
     search.observation = whole.linear.observation
     fits = [whole, *(search.fitted([n], whole) for n in names[1:])]
     members = [(f.members[0], {}, None if f is whole else Rival(f.labels[0], f)) for f in fits]
-    judge = Judge(search, whole, (), tuple(sorted(names)), None, {}, 0.05, np.random.default_rng(0))
+    judge = Judge(search, whole, (), tuple(order or sorted(names)), None, {}, 0.05, np.random.default_rng(0))
+    return judge, members
+
+
+def order_of(names, resembles):
+    """In which order such a group is named."""
+    judge, members = as_group(names, resembles)
     named = [[m[0].candidate.name for m in judge._simplest_first(order)] for order in (members, members[::-1])]
     assert named[0] == named[1]
     return named[0]
@@ -147,3 +153,27 @@ def test_thrust_and_mass_are_told_apart_as_exactly_as_the_file_has_inertias(iner
     search = SimpleNamespace(fitted=fitted, known=(), barred={}, observation=whole.linear.observation)
     found = [r.label for r in rivals(search, whole, "thrust_scale", 0.05)]
     assert found == (["mass_offset"] if together else [])
+
+
+@pytest.mark.parametrize(("on_path", "first"), [(True, "steady_force"), (False, "accelerometer_bias")])
+def test_a_force_that_the_path_does_not_show_comes_after_the_bias_that_may_be_it(monkeypatch, on_path, first):
+    monkeypatch.setattr("infotraj.diagnosis.judge.verdicts.shows_on_path", lambda force, bias: on_path)
+    names = ["steady_force", "accelerometer_bias"]
+    judge, members = as_group(names, [0.999], order=names)
+    assert judge._simplest_first(members)[0][0].candidate.name == first
+
+
+@pytest.mark.parametrize(
+    ("labels", "off"),
+    [
+        (("com_offset", "thrust_scale"), 5.0),
+        (("thrust_scale",), 0.0),
+        (("com_offset",), 5.0),
+    ],
+)
+def test_moments_are_as_unsure_as_the_mass_where_a_load_has_moved_its_centre(monkeypatch, labels, off):
+    """A tenth less thrust over mass: moments that are right to 10 %, five times what they are beside one that is right
+    to 1 %."""
+    found = [SimpleNamespace(value=float(np.exp(-0.1)))]
+    monkeypatch.setattr(groups, "thrust_over_mass", lambda made, named: found)
+    assert groups._as_a_load(SimpleNamespace(labels=labels)) == pytest.approx(off)

@@ -21,7 +21,8 @@ from infotraj.diagnosis.gates.observing import observe
 from infotraj.diagnosis.gates.saturation import saturated
 from infotraj.diagnosis.judge.deciding import Asked, decided
 from infotraj.diagnosis.judge.evidence import overdispersion
-from infotraj.diagnosis.judge.numbers import FileNumber, file_numbers, fitted_numbers
+from infotraj.diagnosis.judge.numbers import FileNumber, beside_what_stays, file_numbers, fitted_numbers
+from infotraj.diagnosis.judge.products import free_products
 from infotraj.diagnosis.judge.unexplained import Unexplained
 from infotraj.diagnosis.judge.verdicts import CONFIDENT, MATTERS, Finding, named
 from infotraj.diagnosis.lengths import AGAIN, HEALTHY, PARTS, against
@@ -212,7 +213,8 @@ def diagnose(
     step(3, _STEPS, "judging")
     reached("structure")
     rng = np.random.default_rng([seed, 1])
-    asked = Asked(search, tuple(catalog), why_not, refused, matters, seed, rng, start, stop)
+    products = free_products(search, whole)
+    asked = Asked(search, tuple(catalog), why_not, refused, matters, seed, rng, start, stop, products)
     findings, told, made = decided(asked, whole)
     reached("errors")
     final, supported = made.fit, named(findings)
@@ -234,6 +236,8 @@ def diagnose(
     sure = {f.name for f in findings if f.verdict in CONFIDENT}
     unsure = {f.name: f"{f.name}: {f.reason}" for f in findings if f.unsure}
     own = {f.name for f in findings if f.of_file}
+    beside = told if products is None or products.candidate in told.known else products.beside(told)
+    of_file = file_numbers(beside, sure, unsure, asked.faint(told), own) if search.known else ()
     return Diagnosis(
         findings,
         supported,
@@ -246,7 +250,7 @@ def diagnose(
         after,
         after_model,
         errors,
-        file_numbers(told, sure, unsure, asked.faint(told), own) if search.known else (),
+        beside_what_stays(of_file, _stays(after), vehicle),
         beyond_bounds(added, vehicle),
         search,
         told,
@@ -304,6 +308,12 @@ def _usual(model: Model, healthy: Healthy, start: float | None, stop: float | No
     """The largest error that the healthy model leaves on any healthy flight, (6,)."""
     made = refusal.compared(model, [as_level(f) for f in healthy.flights], start, stop)
     return np.fmax.reduce([statistics([e]).rmse for e in made])
+
+
+def _stays(after: Statistics) -> float:
+    """What varies of the force along z (N) beyond the floor, in a model that is given."""
+    varies = float(after.rmse[2] ** 2 - after.bias[2] ** 2 - after.floor[2] ** 2)
+    return float(np.sqrt(varies)) if varies > 0.0 else 0.0
 
 
 def _in_balance(observation: Observation, balance: frozenset[str]) -> Observation:

@@ -18,13 +18,15 @@ from types import ModuleType
 
 from infotraj.arguments import AnyPath, as_paths
 from infotraj.effects.base import Effect
+from infotraj.effects.inertia_products import InertiaProducts
 from infotraj.effects.rotor_height import RotorHeight
 from infotraj.effects.rotor_torque import RotorTorque
 from infotraj.errors import InputError, UsageError, problem
 
 ENVIRONMENT = "INFOTRAJ_EFFECTS"
 GROUP = "infotraj.effects"
-OF_THE_FILE: dict[str, type[Effect]] = {c.name: c for c in (RotorHeight, RotorTorque)}  # in models, and never named
+# In models, and never named.
+OF_THE_FILE: dict[str, type[Effect]] = {c.name: c for c in (InertiaProducts, RotorHeight, RotorTorque)}
 _FAMILIES = (
     *("rigid_body", "thrust", "thrust_curve", "actuators", "drag", "forward_flight", "air", "steady", "gyroscopic"),
     *("load", "measurement"),

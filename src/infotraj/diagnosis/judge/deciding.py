@@ -20,6 +20,7 @@ from infotraj.diagnosis.judge.in_line import in_line
 from infotraj.diagnosis.judge.lone_rotor import with_lone_rotor
 from infotraj.diagnosis.judge.needed import Judged, needed
 from infotraj.diagnosis.judge.numbers import values_of
+from infotraj.diagnosis.judge.products import Products
 from infotraj.diagnosis.judge.ratio import with_ratio
 from infotraj.diagnosis.judge.unexplained import Unexplained, unexplained
 from infotraj.diagnosis.judge.verdicts import CONFIDENT, Finding, Judge, named
@@ -38,7 +39,8 @@ _AGAIN = 10  # times its mean takes judging anew, where it comes
 @dataclass(frozen=True)
 class Asked:
     """What verdicts are drawn from beside a set: the search, names of the catalogue, those without a candidate and why,
-    axes on which nothing can be said, the least rise that counts; start, stop: s, the part of every flight to use."""
+    axes on which nothing can be said, the least rise that counts; start, stop: s, the part of every flight to use;
+    products: of inertia, where these flights show them and the file leaves them out."""
 
     search: Search
     order: tuple[str, ...]
@@ -49,6 +51,7 @@ class Asked:
     rng: np.random.Generator
     start: float | None = None
     stop: float | None = None
+    products: Products | None = None
     _left: dict[int, tuple[Fit, Unexplained]] = field(default_factory=dict)
     _faint: dict[int, tuple[Fit, dict[str, float]]] = field(default_factory=dict)
 
@@ -85,7 +88,21 @@ class Asked:
 
 
 def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
-    """Findings, the set of what is needed, and the model that is given, from the set that the search took."""
+    """Findings, the set of what is needed, and the model that is given, from the set that the search took.
+
+    Where nothing is named what has no column may have made the file look further off than it is: products of inertia
+    are then searched beside.
+    """
+    out = _decided(asked, whole)
+    if named(out[0]) or asked.products is None:
+        return out
+    reached("searching again")
+    made = asked.products.beside(whole)
+    search = asked.products.at(whole)
+    return _decided(replace(asked, search=search, products=None), search.best(made.linear, made))
+
+
+def _decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
     search, vehicle = asked.search, asked.search.observation.vehicle
     if not search.known:
         return asked.judged(whole, [])[0], whole, given(search, whole, [])
@@ -116,6 +133,12 @@ def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
         if confident and not lost and made.gain < TELLS:
             # What makes up for one another takes nothing off the model as given.
             lost = dict.fromkeys(sorted(confident), _NO_BETTER)
+        if asked.products is not None and not lost:
+            lost = asked.products.explain(told, confident, asked.rng)
+            if lost:
+                # What is left is judged beside them.
+                told, search = asked.products.beside(told), asked.products.at(told)
+                asked = replace(asked, search=search, products=None)
         # What is the file's own error is corrected beside the rest, and stays in the set.
         own = {} if lost else in_line(findings, told, stand)
         rest = [x for x in told.labels if x not in ended or x.split()[0] not in confident]

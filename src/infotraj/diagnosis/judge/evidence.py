@@ -51,6 +51,11 @@ class Evidence:
         return self.heldout_change > 0.0 and self.flights_better[0] == 0 and self.selected == 0.0
 
 
+def little(e: Evidence) -> str:
+    """That an effect takes too little off to be named."""
+    return f"it takes {max(1.0 - np.exp(-e.gain), 0.0):.0%} of the error off flights that were not fitted"
+
+
 def evidence(whole: Fit, label: str, rng: np.random.Generator, rest: Fit | None = None) -> Evidence:
     """Evidence for one effect of a fitted set: the set as it is against the set without any of the effect's numbers.
 

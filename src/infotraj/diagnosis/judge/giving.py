@@ -16,27 +16,23 @@ from functools import cached_property
 
 import numpy as np
 
-from infotraj.comparing.equation_error import equation_error
-from infotraj.comparing.statistics import statistics
 from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS, labels_of_file, out_of_line, thrust_over_mass
+from infotraj.diagnosis.judge.path import shows_on_path
 from infotraj.diagnosis.linear.candidates import places
 from infotraj.diagnosis.linear.observation import Member, Observation
-from infotraj.diagnosis.measure.residual import FlightSamples
 from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.fit import Fit
 from infotraj.diagnosis.select.predicting import TELLS, left, net
 from infotraj.diagnosis.select.prior import SCALES, Scales
 from infotraj.diagnosis.select.score import Choice, Solution
 from infotraj.diagnosis.select.search import Search
-from infotraj.flight import VELOCITY, Flight
 from infotraj.progress import reached
 from infotraj.rotations import Array
 
 WORSE = 1.05  # times the error of an axis on flights that were not fitted, less than which is no difference
 _ROUNDS = 4  # it changes what the other numbers mean: a fit beside it is further away than one without
 _STEADY = "steady_force"
-_LONG = 1.0  # s: a steady force is as large over seconds, and the noise of a position is small by then
 _LEAST = 1e-4  # of an axis' squared error: what changes less does not act on it
 
 
@@ -128,7 +124,7 @@ def _corrected(search: Search, whole: Fit, made: Fit, asked: Sequence[str]) -> F
     if _STEADY in file:
         rest = [x for x in file if x != _STEADY]
         both = (_with_file(search, whole, asked, x, whole.scales.common) for x in (file, rest))
-        file = file if _on_the_path(*both) else rest
+        file = file if shows_on_path(*both) else rest
     if not file:
         return None
     least = net(_shares(made)[moving]) - TELLS
@@ -152,30 +148,6 @@ def _with_file(search: Search, whole: Fit, asked: Sequence[str], file: Sequence[
     solution = whole.linear.scorer(scales, search.held).solution(chosen)
     made = replace(whole, chosen=chosen, scales=scales, held=search.held)
     return _at(made, solution.theta, solution.each)
-
-
-def _on_the_path(tried: Fit, made: Fit) -> bool:
-    """Whether the path of these flights shows a steady force, which `tried` has and `made` has not.
-
-    What an accelerometer alone shows is its bias, and no force.
-    """
-    o = made.linear.observation
-    flights = [_with_velocity(s) for s in o.samples]
-    left = []
-    for fit in (made, tried):
-        model = o.model(fit.members)
-        errors = [equation_error(model, f, window=_LONG, force_from="velocity") for f in flights]
-        left.append(statistics(errors).rmse[:3])
-    return bool(np.nansum(np.log(left[0] / left[1])) >= TELLS)
-
-
-def _with_velocity(samples: FlightSamples) -> Flight:
-    """The flight with the velocity that the diagnosis takes from its position, where none was logged."""
-    flight, velocity = samples.flight, samples.prepared.recorded.velocity
-    if flight.has(*VELOCITY) or velocity is None:
-        return flight
-    values = velocity.at(flight.t)
-    return Flight(flight.table.assign(**dict(zip(VELOCITY, values.T, strict=True))), flight.meta)
 
 
 def _ends(made: Fit, before: Fit) -> bool:

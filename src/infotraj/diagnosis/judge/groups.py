@@ -23,7 +23,7 @@ from infotraj.diagnosis.judge.evidence import (
     rise_beside,
     translated,
 )
-from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS
+from infotraj.diagnosis.judge.numbers import OF_THRUST_OVER_MASS, thrust_over_mass
 from infotraj.diagnosis.select.around import linearised
 from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.fit import Fit
@@ -36,6 +36,8 @@ _NEAR = 0.5  # of what an effect gains: a linear rival with as much is fitted be
 _MOSTLY = 0.5  # of the error that an effect takes off: what a rival takes at least, and may leave
 _ALONE = 10.0  # times the nats that tell two apart: a number that explains so much less could not stand there
 _MOST = 4  # rivals that are fitted
+_MASS = "mass_offset"
+_MOMENTS = 0.02  # of moments of inertia, in a file that is right to 1 %
 _TIMED = ("actuators", "measurement")  # places of effects that shift in time
 
 
@@ -90,6 +92,7 @@ def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival
     # Flights tell thrust over mass. Which of the two is off moments of inertia tell, as exactly as the file has them.
     of_ratio = label.split()[0] in OF_THRUST_OVER_MASS and linear.observation.healthy is None
     off = off_by(whole) if of_ratio else 0.0
+    load = max(off, _as_a_load(whole)) if of_ratio else 0.0
     begun = {name: [whole] for name in best}
     for name, adds in late.items():
         i = next(i for i in open_to if linear.choices[i].label == name)
@@ -103,7 +106,8 @@ def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival
             continue
         both = best[name].both
         if of_ratio and name.split()[0] in OF_THRUST_OVER_MASS:
-            made, beside_it = anchored(made, off), anchored(whole, off)
+            far = load if name == _MASS else off
+            made, beside_it = anchored(made, far), anchored(whole, far)
             # What the other explains beside the effect as well makes it no rival there either.
             more = [i for i in open_to if linear.choices[i].label == name] if both > whole.solution.score else []
             both = float(np.max(beside_it.scorer.scores([whole.chosen, *((*whole.chosen, i) for i in more)])))
@@ -119,6 +123,14 @@ def rivals(search: Search, whole: Fit, label: str, matters: float) -> list[Rival
         if as_good or (sure and both - made.solution.score < least):
             found.append(Rival(name, _instead(search, made, label, least)))
     return found
+
+
+def _as_a_load(whole: Fit) -> float:
+    """How far moments of inertia are off, times 1 %, if what makes the thrust over mass less is a load; 0 where nothing
+    beside it says so. A load that moves the centre of mass has moments, too: about as large a share as of the mass."""
+    moved = any(x.split()[0] == "com_offset" for x in whole.labels)
+    ratio = thrust_over_mass(whole, ()) if moved else []
+    return max((abs(float(np.log(n.value))) / _MOMENTS for n in ratio), default=0.0)
 
 
 def _instead(search: Search, made: Fit, label: str, least: float) -> Fit:

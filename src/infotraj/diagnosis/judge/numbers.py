@@ -17,7 +17,7 @@ from infotraj.diagnosis.linear.candidates import Candidate, places, slopes
 from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.select.around import Column
 from infotraj.diagnosis.select.fit import Fit
-from infotraj.diagnosis.select.prior import SCALES, Scales
+from infotraj.diagnosis.select.prior import SCALES, Scales, stamped
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
@@ -71,13 +71,15 @@ def fitted_numbers(made: Fit, told: Fit | None = None) -> list[dict[str, Any]]:
     deviation = told_errors(made, told)
     if made.linear.observation.healthy is not None:
         deviation = np.sqrt(overdispersion(made)[0]) * made.changes[2]
-    out = []
+    # Beside healthy flights a change is told: stamps are off alike.
+    out, step = [], 0.0 if made.linear.observation.healthy is not None else made.linear.observation.command_step
     for m in made.members:
         at = m.places(vehicle)
         values, slope = np.zeros(len(at)), slopes(m.effect, at)
         for i, c in enumerate(made.linear.columns):
             if c.candidate.label == m.candidate.label and deviation[i] > 0:
-                values[c.place] = deviation[i] * abs(c.scale) * slope[c.place]
+                told_to = deviation[i] * abs(c.scale) * slope[c.place]
+                values[c.place] = np.hypot(told_to, stamped(c.candidate, step))
         out.append(by_parameter(m, values))
     return out
 
@@ -140,6 +142,14 @@ def file_numbers(
     return tuple(out)
 
 
+def beside_what_stays(numbers: Sequence[FileNumber], stays: float, vehicle: Vehicle) -> tuple[FileNumber, ...]:
+    """The numbers, thrust over mass no surer than a force along z (N) that stays and may be as large in the mean."""
+    share = stays / (vehicle.mass * vehicle.gravity) if vehicle.mass else 0.0
+    return tuple(
+        replace(n, standard_error=float(np.hypot(n.standard_error, n.value * share))) if n.ratio else n for n in numbers
+    )
+
+
 def _told_by(made: Fit, c: Column, own: Array, faint: Mapping[str, float]) -> str:
     """That a torque tells a number, own (p,), of which less than half goes with the prediction; empty if not.
 
@@ -173,9 +183,11 @@ def _off(made: Fit, named: Container[str]) -> Iterator[tuple[Column, float, floa
     """File numbers that are sure not to be what the file says: column, number, its standard error and what this file is
     off by, usual sizes."""
     spike = made.linear.spike(made.scales)
-    deviation = told_errors(made)
+    deviation, step = told_errors(made), made.linear.observation.command_step
     for i, c in enumerate(made.linear.columns):
         theta = made.solution.theta[i]
+        if deviation[i] > 0.0:
+            deviation[i] = np.hypot(deviation[i], stamped(c.candidate, step) / abs(c.scale))
         inside = spike[i] <= 0 or c.candidate.name in named or deviation[i] <= 0
         if not inside and abs(theta) >= _SEEN * deviation[i]:
             yield c, float(theta), float(deviation[i]), float(spike[i])

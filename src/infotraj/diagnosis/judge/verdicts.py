@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from infotraj.diagnosis.gates import refusal
-from infotraj.diagnosis.judge.evidence import Evidence, evidence_of_absent, left_by_set
+from infotraj.diagnosis.judge.evidence import Evidence, evidence_of_absent, left_by_set, little
 from infotraj.diagnosis.judge.groups import Rival, rivals
 from infotraj.diagnosis.judge.needed import SURE, Judged
 from infotraj.diagnosis.judge.numbers import fitted_numbers, in_fit, values_of
+from infotraj.diagnosis.judge.path import shows_on_path
 from infotraj.diagnosis.judge.unexplained import Unexplained
 from infotraj.diagnosis.linear.candidates import Candidate
 from infotraj.diagnosis.linear.observation import Member
@@ -27,6 +28,7 @@ MATTERS = 0.05  # rise of the squared error, in units of the floor, below which 
 HALVES = float(np.log(2.0))  # the same, by half of one axis
 _LIKELY = 0.5
 _AS_WELL = 0.05  # of the error that a group's members leave: less is no reason to prefer one
+_FORCE, _BIAS = "steady_force", "accelerometer_bias"
 _WORSE = "flights that were not fitted are predicted worse with it, all of them"
 
 
@@ -115,14 +117,20 @@ class Judge:
         return list(zip(findings, (r for *_, r in members), strict=True))
 
     def _simplest_first(self, members: list[_Alike]) -> list[_Alike]:
-        """What predicts best beside the file as it is stands for the group; the simplest of those that do as well."""
+        """What predicts best beside the file as it is stands for the group; the simplest of those that do as well.
+
+        A steady force that the path does not show comes after the bias of the accelerometer that shows it.
+        """
         vehicle = self.search.observation.vehicle
+        fits = {x[0].candidate.name: self.whole if x[2] is None else x[2].fit for x in members}
+        felt = fits.keys() >= {_FORCE, _BIAS} and not shows_on_path(fits[_FORCE], fits[_BIAS])
         left = {id(x): left_by_set(self.whole if x[2] is None else x[2].fit).sum() for x in members}
         best = min(left.values())
         return sorted(
             members,
             key=lambda x: (
                 left[id(x)] > best + _AS_WELL,
+                felt and x[0].candidate.name == _FORCE,
                 x[0].candidate.count(vehicle),
                 len(x[0].candidate.cls.beside),  # what acts by itself is simpler than what needs another
                 self.order.index(x[0].candidate.name),
@@ -136,7 +144,7 @@ class Judge:
             return "Not needed", "real, but negligible"
         # Physics without a name is there in every second: what resembles it a little is sure, and predicts little.
         if not j.needed:
-            return ("Not needed", _WORSE) if e.against else ("Plausible", _little(e))
+            return ("Not needed", _WORSE) if e.against else ("Plausible", little(e))
         # A clock is no further off where the file is, and what hardly any other number does is there in any case, an
         # effect's or the file's: what takes half of an error off with it is named.
         declared = j.member.candidate.cls.declared
@@ -215,7 +223,7 @@ class Judge:
         elif worse:
             reason = _WORSE
         else:
-            reason = _little(found) if found.gain < TELLS else f"{100 * found.probability:.0f} % probable"
+            reason = little(found) if found.gain < TELLS else f"{100 * found.probability:.0f} % probable"
         reason = self.search.barred.get(candidate.label, reason)
         return Finding(name, "Plausible" if likely else "Not needed", (name,), found, {}, {}, reason)
 
@@ -240,11 +248,6 @@ def group_of(members: Sequence[tuple[Member, dict[str, Any], Evidence]]) -> list
         Finding(m.candidate.name, "Supported" if alone else "Not separable", names, found, values_of(m), errors, reason)
         for m, errors, found in members
     ]
-
-
-def _little(e: Evidence) -> str:
-    """That an effect takes too little off to be named."""
-    return f"it takes {max(1.0 - np.exp(-e.gain), 0.0):.0%} of the error off flights that were not fitted"
 
 
 def named(findings: Sequence[Finding]) -> tuple[str, ...]:

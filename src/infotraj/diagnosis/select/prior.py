@@ -15,6 +15,7 @@ import numpy as np
 
 from infotraj.diagnosis.linear.candidates import Candidate
 from infotraj.effects.base import Effect
+from infotraj.effects.inertia_products import InertiaProducts
 from infotraj.effects.rotor_height import RotorHeight
 from infotraj.effects.rotor_torque import RotorTorque, arms
 from infotraj.effects.sensor_place import SensorPlace
@@ -29,7 +30,7 @@ STATE = 2.0  # nats of a number that is found for one flight: it is told to an e
 SCALES = (0.05, 0.3, 1.0, 3.0, 9.0)  # of all numbers of a file together, times what their effects say (`Declared`)
 KIND_SPREAD = 0.4  # standard deviation of the logarithm by which a kind's scale differs from the common one
 OF_THE_LOG = ("clock", "mount")
-_AS_EVER = (*OF_THE_LOG, "air")  # kinds that are no worse for what a file says of the vehicle
+_AS_EVER = (*OF_THE_LOG, "air", "axes")  # kinds that are no worse for what a file says of the vehicle
 STAMP = 0.1  # of the time between commands: their stamps are hardly more exact
 
 
@@ -76,9 +77,14 @@ def spikes(owners: Sequence[tuple[Candidate, float]], scales: Scales, command_st
             continue
         kind, most = candidate.cls.declared.kind, candidate.cls.declared.most
         out[i] = min(scales.of(kind), most) * candidate.cls.declared_deviation(vehicle, size)
-        if kind in ("time", "clock"):
-            out[i] = np.hypot(out[i], STAMP * command_step / abs(size))
+        out[i] = np.hypot(out[i], stamped(candidate, command_step) / abs(size))
     return out
+
+
+def stamped(candidate: Candidate, command_step: float) -> float:
+    """How exactly stamps tell a candidate's times, s; 0 where its numbers are none."""
+    declared = candidate.cls.declared
+    return STAMP * command_step if declared is not None and declared.kind in ("time", "clock") else 0.0
 
 
 def file_only(vehicle: Vehicle, known: Sequence[Candidate], flights: Sequence[Flight]) -> list[Candidate]:
@@ -100,6 +106,6 @@ def file_only(vehicle: Vehicle, known: Sequence[Candidate], flights: Sequence[Fl
 def price(candidate: Candidate, alike: int, flights: int, changed: bool = False) -> float:
     """Nats that naming this candidate costs before a flight is seen. alike: candidates of the same name; changed: it is
     asked what differs from healthy flights."""
-    if candidate.cls in (RotorTorque, RotorHeight, SensorPlace):
+    if candidate.cls in (RotorTorque, RotorHeight, SensorPlace, InertiaProducts):
         return float("inf")
     return (CHANGED if changed else EACH) + float(np.log(max(alike, 1))) + STATE * candidate.cls.states * flights

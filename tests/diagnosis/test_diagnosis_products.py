@@ -1,0 +1,123 @@
+"""Products of inertia that a file leaves out: told where flights show them, and nothing else is named for them.
+
+Flights of the exact simulation, which shares no code with the library.
+"""
+
+import copy
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from exact_simulation import fly
+
+from infotraj.diagnosis.diagnosis import diagnose
+from infotraj.diagnosis.linear.candidates import Candidate
+from infotraj.diagnosis.select.prior import SCALES, Scales, price, spikes
+from infotraj.effects import effect_class
+from infotraj.effects.inertia_products import InertiaProducts
+from infotraj.effects.laws import BodyLaw
+from infotraj.flight import Flight
+from infotraj.models import Model
+from infotraj.vehicle import load_vehicle, parse_vehicle
+
+FILE = Path(__file__).parents[2] / "config/vehicles/quadrotor.yaml"
+QUAD = load_vehicle(FILE)
+NOISE = {"gyro": 0.002, "accelerometer": 0.03, "position": 0.0002, "attitude": 0.0005, "velocity": 0.003}
+PLACE = np.array([0.04, -0.03, -0.05])  # m, of a load of 12 %
+
+
+def of_a_load():
+    """The vehicle with a load: what it flies as, in the simulation's words."""
+    content = yaml.safe_load(FILE.read_text())
+    load = 0.12 * content["mass"]
+    reduced = content["mass"] * load / (content["mass"] + load)
+    moments = reduced * (PLACE @ PLACE * np.eye(3) - np.outer(PLACE, PLACE))
+    true = copy.deepcopy(content)
+    true["inertia"].update(xy=moments[0, 1].item(), xz=moments[0, 2].item(), yz=moments[1, 2].item())
+    moved = (load * PLACE / (content["mass"] + load)).tolist()
+    changes = {f"d{a}{a}": moments[i, i].item() for i, a in enumerate("xyz")}
+    return true, {"mass_offset": {"dm": load}, "com_offset": {"r": moved}, "inertia_error": changes}
+
+
+def flown(true, hidden, seeds):
+    measured = [f"rotor_{i}" for i in range(4)]
+    return [Flight(fly(true, hidden, seconds=8.0, seed=k, noise=NOISE).drop(columns=measured), {}) for k in seeds]
+
+
+def test_they_are_added_to_what_the_file_says_of_them():
+    effect = InertiaProducts(dxy=1e-4, dxz=-2e-4, dyz=3e-4)
+    before, after = (m.body_law.inertia for m in (Model(QUAD), Model(QUAD, [effect])))
+    np.testing.assert_allclose(after - before, [[0, 1e-4, -2e-4], [1e-4, 0, 3e-4], [-2e-4, 3e-4, 0]], atol=1e-18)
+    nothing = BodyLaw.declared(QUAD.model_copy(update={"inertia": None}))
+    assert effect.body(nothing) is nothing
+    assert effect_class("inertia_products") is InertiaProducts
+    own = QUAD.model_copy(update={"inertia": QUAD.inertia.model_copy(update={"xz": 7e-5})})
+    assert InertiaProducts.in_the_file(own, 1, 0) == ("inertia.xz", 7e-5, 1.0)
+    assert InertiaProducts.in_the_file(own, 2, 0) == ("inertia.yz", 0.0, 1.0)
+
+
+def test_no_body_has_more_than_their_bounds():
+    """With all of them at a bound no moment is negative."""
+    content = {**yaml.safe_load(FILE.read_text()), "inertia": {"xx": 0.01, "yy": 0.02, "zz": 0.025}}
+    vehicle = parse_vehicle(content)
+    most = [InertiaProducts.bounds(vehicle, p) for p in InertiaProducts.parameters]
+    roots = np.sqrt([0.01 * 0.02, 0.01 * 0.025, 0.02 * 0.025])
+    np.testing.assert_allclose(most, [(-0.3 * x, 0.3 * x) for x in roots])
+    for signs in ((1, 1, 1), (-1, 1, 1), (-1, -1, -1)):
+        values = {p.name: s * x[1] for p, s, x in zip(InertiaProducts.parameters, signs, most, strict=True)}
+        assert np.linalg.eigvalsh(InertiaProducts(**values).body(BodyLaw.declared(vehicle)).inertia)[0] > 0
+
+
+def test_how_far_they_are_off_says_nothing_of_how_far_the_file_is():
+    """Five percent of the moments, beside any file; and no name is asked for them."""
+    candidate = Candidate(InertiaProducts, InertiaProducts.parameters)
+    size = InertiaProducts.scale(QUAD, InertiaProducts.parameters[0])
+    off = [spikes([(candidate, size)], Scales(s), 0.01, QUAD)[0] * size for s in SCALES]
+    moments = np.sqrt(QUAD.inertia.xx * QUAD.inertia.yy)
+    np.testing.assert_allclose(off, 0.05 * moments)
+    assert price(candidate, 1, 3) == float("inf")
+
+
+@pytest.fixture(scope="module")
+def loaded():
+    true, hidden = of_a_load()
+    return true, hidden, diagnose(Model(QUAD), flown(true, hidden, (1, 2, 3)))
+
+
+def test_a_load_beside_the_middle_is_told_by_its_centre_its_thrust_over_mass_and_its_products(loaded):
+    true, hidden, found = loaded
+    centre = found.finding("com_offset")
+    assert centre.verdict == "Supported"
+    np.testing.assert_allclose(centre.parameters["r"], hidden["com_offset"]["r"], atol=0.4e-3)
+    ratio = found.finding("mass_offset")
+    assert set(ratio.group) == {"mass_offset", "thrust_scale"}
+    assert found.finding("thrust_scale").parameters["factor"] == pytest.approx(1 / 1.12, abs=0.01)
+    assert set(found.supported) <= {"com_offset", "mass_offset", "thrust_scale"}
+    told = {n.name: n for n in found.file}
+    for name in ("xy", "xz", "yz"):
+        n = told[f"inertia.{name}"]
+        assert abs(n.value - true["inertia"][name]) < 3.0 * n.standard_error
+        assert n.standard_error < 0.2 * abs(n.value)
+    assert not any("moment_constant" in name for name in told)
+
+
+def test_without_a_load_no_product_is_told():
+    content = yaml.safe_load(FILE.read_text())
+    found = diagnose(Model(QUAD), flown(content, {}, (4, 5)))
+    assert found.supported == ()
+    assert not any(n.name.startswith("inertia.") for n in found.file)
+    assert "inertia_products" not in found.beside
+
+
+@pytest.mark.long
+def test_what_products_explain_is_no_turned_imu(monkeypatch):
+    """Where their column is not asked for the same flights may name what turns one torque into another."""
+    true = yaml.safe_load(FILE.read_text())
+    true["inertia"].update(xz=6e-4, xy=3e-4)
+    hidden = {"imu_misalignment": {"rotvec": [0.0, 0.03, 0.0]}}
+    found = diagnose(Model(QUAD), flown(true, hidden, (6, 7)))
+    assert found.supported == ("imu_misalignment",)
+    np.testing.assert_allclose(found.finding("imu_misalignment").parameters["rotvec"], [0.0, 0.03, 0.0], atol=0.004)
+    alone = diagnose(Model(QUAD), flown(true, {}, (6, 7)))
+    assert alone.supported == ()
