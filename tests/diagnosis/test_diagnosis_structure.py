@@ -8,6 +8,7 @@ from infotraj.diagnosis.judge.unexplained import (
     _axis,
     _binned_change,
     _formula,
+    _least,
     _loudness,
     _plain_rise,
     _Stages,
@@ -137,3 +138,9 @@ def test_a_rate_that_grows_evenly_has_grown_by_its_slope_over_a_bin():
 
 def test_rows_without_a_group_of_features_are_left_as_they_are():
     assert _Stages([np.zeros((ROWS * FOLDS, 0))], FOLD).held_out(random(0)) == (0.0, pytest.approx(np.zeros(520)))
+
+
+def test_what_sensors_say_against_one_another_is_spoken_of_where_a_sixth_of_it_would_go():
+    assert _least("tx") == _least("fz") == _least("vx") == 0.05
+    # A sixth of the error is three tenths of its square.
+    assert _least("turn z") == _least("push y") == pytest.approx(1.0 - (5.0 / 6.0) ** 2)

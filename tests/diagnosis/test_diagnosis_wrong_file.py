@@ -168,6 +168,13 @@ def test_what_is_large_and_out_of_line_in_the_file_is_in_the_sentence_and_an_axi
     larger = replace(large, name="a force", takes=0.95)
     assert f"out of line: a force 0.9 and {OVER_MASS} 0.9" in sentence(replace(told, file=(large, larger)))
     assert "out of line" not in sentence(replace(told, file=others))
+    # What is out of line comes first: of the others none does.
+    beside = replace(
+        found, beside=("com_offset", "mass_offset"), after=replace(found.after, rmse=0.1 * found.before.rmse)
+    )
+    usual = FileNumber("center_of_mass.z", 0.0, 0.01, 0.001, True, "m", takes=0.8, label="com_offset", on=("ty",))
+    assert ", first of all center_of_mass.z 0.01 m" in sentence(replace(beside, file=(usual,)))
+    assert "first of all" not in sentence(replace(beside, file=(usual, large)))
     assert "fx is worse with the new model" in as_text(told)
     assert "is worse with the new model" not in as_text(found)
     doubted = (replace(large, doubt="why not"),) * 2

@@ -16,11 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from infotraj.comparing.floor import white_noise
+from infotraj.diagnosis.gates.refusal import axis_group
 from infotraj.diagnosis.judge.features import BIN, bins, named, pasts, random_features
 from infotraj.diagnosis.linear.observation import Observation
 from infotraj.diagnosis.linear.sums import WINDOW
 from infotraj.diagnosis.noise.spectra import BANDS, Spectrum, binned, spectra
 from infotraj.diagnosis.select.fit import Fit
+from infotraj.diagnosis.select.predicting import TELLS
 from infotraj.models.recorded import Samples
 from infotraj.rotations import Array
 
@@ -96,10 +98,16 @@ def unexplained(whole: Fit, matters: float, rng: np.random.Generator) -> Unexpla
     real = {
         axis: s
         for axis, s in every.items()
-        if s.share > max(s.chance, _LEAST_SHARE) and max(s.rise, plain[axis]) > matters
+        if s.share > max(s.chance, _least(axis)) and max(s.rise, plain[axis]) > matters
     }
     found = [s for axis, s in {**loud, **real}.items() if axis not in o.ignored]
     return Unexplained(bool(found), tuple(sorted(found, key=lambda s: -s.rise)))
+
+
+def _least(axis: str) -> float:
+    """Share of the square that is predicted at least. What one sensor has against another is no force and no torque:
+    it is spoken of where a sixth of it would go."""
+    return _LEAST_SHARE if axis_group(axis) is not None else -float(np.expm1(-2.0 * TELLS))
 
 
 def _plain_rise(y: Array, fitted: Array, share: float) -> float:

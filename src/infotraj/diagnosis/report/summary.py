@@ -195,7 +195,8 @@ def sentence(found: Diagnosis) -> str:
         ratio = any(x.split()[0] in (*OF_THRUST_OVER_MASS, "rotor_effectiveness") for x in found.beside)
         corrects = [n for n in large if n.label in found.beside or (n.ratio and ratio)]
         most = [_number_of_file(n) for n in corrects if n.ordinary and mended.keys() & set(n.on)][:_FIRST]
-        first += f", first of all {' and '.join(most)}" if most else ""
+        # What is out of line has been told, and comes first.
+        first += f", first of all {' and '.join(most)}" if most and not out_of_line else ""
     left = [s for s in found.unexplained.axes if axis_group(s.axis) not in unnamed]
     structured, unpredicted = [s for s in left if s.predicted], [s for s in left if not s.predicted]
     if structured:
