@@ -49,7 +49,11 @@ def test_a_corrected_file_makes_the_torque_that_was_found(rotor, axis):
 def test_a_number_that_is_found_and_not_named_is_told_of_the_file(monkeypatch):
     """A lag that is 75 % probable may be the file's: it takes nearly all of an error off, and has to be said."""
     lag, delay = (Candidate(effect_class(n), effect_class(n).parameters) for n in ("rotor_lag", "actuation_delay"))
-    linear = SimpleNamespace(columns=[SimpleNamespace(candidate=c) for c in (lag, delay)], spike=lambda _: np.ones(2))
+    linear = SimpleNamespace(
+        columns=[SimpleNamespace(candidate=c, scale=0.01) for c in (lag, delay)],
+        spike=lambda _: np.ones(2),
+        observation=SimpleNamespace(command_step=0.005),
+    )
     made = SimpleNamespace(
         linear=linear, scales=None, solution=SimpleNamespace(theta=np.array([5.0, 5.0])), labels=("rotor_lag",)
     )

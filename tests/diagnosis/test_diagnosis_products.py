@@ -4,14 +4,18 @@ Flights of the exact simulation, which shares no code with the library.
 """
 
 import copy
+import re
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 import pytest
 import yaml
 from exact_simulation import fly
+from linear_fits import ROWS, linear_fit
 
 from infotraj.diagnosis.diagnosis import diagnose
+from infotraj.diagnosis.judge.products import Products
 from infotraj.diagnosis.linear.candidates import Candidate
 from infotraj.diagnosis.select.prior import SCALES, Scales, price, spikes
 from infotraj.effects import effect_class
@@ -110,14 +114,46 @@ def test_without_a_load_no_product_is_told():
     assert "inertia_products" not in found.beside
 
 
+def test_what_predicts_too_little_beside_them_is_named_no_more_and_of_what_is_named_alone(monkeypatch):
+    """Of two effects one makes all of the residual that is no noise, the other 4 % of what is left."""
+
+    def rows(rng, _):
+        x = rng.standard_normal((ROWS, 3))
+        x[:, 0] += x[:, 1] + 0.3 * x[:, 2]
+        return x
+
+    both, candidate = ["linear_drag", "imu_misalignment"], Candidate(InertiaProducts, InertiaProducts.parameters)
+    search, beside = linear_fit(both, rows, both)
+    told: Any = object()
+    products = Products(cast(Any, search), candidate, {id(told): (told, beside)})
+    monkeypatch.setattr(Products, "at", lambda self, told: search)
+    explained = products.explain(told, both, np.random.default_rng(0))
+    assert explained.keys() == {"imu_misalignment"}
+    little = "beside products of inertia, which the file leaves out, it takes [345]% of the error off flights"
+    assert re.match(little, explained["imu_misalignment"])
+    assert products.explain(told, ["linear_drag"], np.random.default_rng(0)) == {}
+
+
 @pytest.mark.long
-def test_what_products_explain_is_no_turned_imu(monkeypatch):
-    """Where their column is not asked for the same flights may name what turns one torque into another."""
+def test_they_are_told_where_nothing_is_missing_and_no_moment_constant_is_below_zero(monkeypatch):
     true = yaml.safe_load(FILE.read_text())
     true["inertia"].update(xz=6e-4, xy=3e-4)
-    hidden = {"imu_misalignment": {"rotvec": [0.0, 0.03, 0.0]}}
-    found = diagnose(Model(QUAD), flown(true, hidden, (6, 7)))
+    flights = flown(true, {}, (6, 7))
+    found = diagnose(Model(QUAD), flights)
+    assert found.supported == ()
+    told = {n.name: n.value for n in found.file if n.name.startswith(("inertia", "rotor"))}
+    assert told == {"inertia.xy": pytest.approx(3e-4, rel=0.05), "inertia.xz": pytest.approx(6e-4, rel=0.05)}
+    assert "inertia_products" in found.beside  # the search went on with them
+    # As it is without them, which is why they are asked about.
+    monkeypatch.setattr("infotraj.diagnosis.diagnosis.free_products", lambda search, whole: None)
+    without = diagnose(Model(QUAD), flights)
+    assert any("moment_constant" in n.name and n.value < 0.0 for n in without.file)
+
+
+@pytest.mark.long
+def test_an_imu_that_is_turned_is_named_beside_them():
+    true = yaml.safe_load(FILE.read_text())
+    true["inertia"].update(xz=6e-4, xy=3e-4)
+    found = diagnose(Model(QUAD), flown(true, {"imu_misalignment": {"rotvec": [0.0, 0.03, 0.0]}}, (6, 7)))
     assert found.supported == ("imu_misalignment",)
     np.testing.assert_allclose(found.finding("imu_misalignment").parameters["rotvec"], [0.0, 0.03, 0.0], atol=0.004)
-    alone = diagnose(Model(QUAD), flown(true, {}, (6, 7)))
-    assert alone.supported == ()
