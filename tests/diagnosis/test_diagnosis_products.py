@@ -6,6 +6,7 @@ Flights of the exact simulation, which shares no code with the library.
 import copy
 import re
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -15,9 +16,10 @@ from exact_simulation import fly
 from linear_fits import ROWS, linear_fit
 
 from infotraj.diagnosis.diagnosis import diagnose
-from infotraj.diagnosis.judge.products import Products
+from infotraj.diagnosis.judge.products import Products, free_products
 from infotraj.diagnosis.linear.candidates import Candidate
 from infotraj.diagnosis.select.prior import SCALES, Scales, price, spikes
+from infotraj.diagnosis.select.search import Search
 from infotraj.effects import effect_class
 from infotraj.effects.inertia_products import InertiaProducts
 from infotraj.effects.laws import BodyLaw
@@ -132,6 +134,22 @@ def test_what_predicts_too_little_beside_them_is_named_no_more_and_of_what_is_na
     little = "beside products of inertia, which the file leaves out, it takes [345]% of the error off flights"
     assert re.match(little, explained["imu_misalignment"])
     assert products.explain(told, ["linear_drag"], np.random.default_rng(0)) == {}
+
+
+@pytest.mark.parametrize(("odds", "free"), [(19.0, False), (21.0, True)])
+def test_they_are_free_where_flights_are_twenty_times_as_probable_with_them(monkeypatch, odds, free):
+    """Tempered by how much the data scatter, here as their noise says; never beside healthy flights."""
+    _, whole = linear_fit(["linear_drag"], lambda rng, _: rng.standard_normal((ROWS, 2)), ["linear_drag"])
+    more = SimpleNamespace(worth=whole.worth + float(np.log(odds)))
+    monkeypatch.setattr(Products, "beside", lambda self, told: more)
+    monkeypatch.setattr("infotraj.diagnosis.judge.products.overdispersion", lambda made: (1.0, None))
+    inertia = effect_class("inertia_error")
+    known = (Candidate(inertia, inertia.parameters),)
+    observation: Any = SimpleNamespace(healthy=None)
+    assert (free_products(Search(observation, known, ()), whole) is not None) == free
+    assert free_products(Search(observation, (), ()), whole) is None  # what nothing can be tested on
+    observation.healthy = object()
+    assert free_products(Search(observation, known, ()), whole) is None
 
 
 @pytest.mark.long
