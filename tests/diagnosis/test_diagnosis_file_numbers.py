@@ -48,7 +48,7 @@ def made_of(monkeypatch, thetas, deviation, spike=0.3, command_step=0.0, **chang
 
 def test_a_number_of_the_file_is_told_in_its_unit_with_its_error(monkeypatch):
     """Five usual sizes of a twentieth of the mass, as a logarithm; thrust of one rotor by its own coefficient; 4 ms."""
-    monkeypatch.setattr(numbers, "thrust_over_mass", lambda made, named, faint: [])
+    monkeypatch.setattr(numbers, "thrust_over_mass", lambda *_, **__: [])
     monkeypatch.setattr(numbers, "_takes", lambda made, along, faint: {"fx": 0.6, "vz": 0.6, "tx": 0.4})
     asked = [
         (candidate("mass_offset"), 0, 5.0),
@@ -79,7 +79,7 @@ def test_a_number_of_the_file_is_told_in_its_unit_with_its_error(monkeypatch):
 
 def test_a_number_of_an_effect_that_is_not_named_says_why(monkeypatch):
     """That of the file alone, of which the set holds no effect, has no such reason."""
-    monkeypatch.setattr(numbers, "thrust_over_mass", lambda made, named, faint: [])
+    monkeypatch.setattr(numbers, "thrust_over_mass", lambda *_, **__: [])
     asked = [(candidate("inertia_error"), 2, 5.0), (candidate("com_offset"), 1, 0.8)]
     made = made_of(monkeypatch, asked, 0.05, labels=("inertia_error",))
     inertia, center = file_numbers(
@@ -91,7 +91,7 @@ def test_a_number_of_an_effect_that_is_not_named_says_why(monkeypatch):
 
 
 def test_a_number_is_told_where_it_is_three_standard_errors_off(monkeypatch):
-    monkeypatch.setattr(numbers, "thrust_over_mass", lambda made, named, faint: [])
+    monkeypatch.setattr(numbers, "thrust_over_mass", lambda *_, **__: [])
     asked = [(candidate("mass_offset"), 0, 0.29), (candidate("com_offset"), 0, -0.31)]
     found = file_numbers(made_of(monkeypatch, asked, 0.1), ())
     assert [n.name for n in found] == ["center_of_mass.x"]
@@ -148,7 +148,7 @@ def test_a_number_that_a_torque_tells_which_is_hardly_predicted_is_in_doubt(monk
     gram = np.zeros((2, 3, 4, 4))
     gram[0, :, 1, 1], gram[1, :, 1, 1], gram[1, :, 2, 2], gram[0, :, 3, 3] = 2.0, 1.0, 1.0, 1.0
     made.linear.sums = SimpleNamespace(axes=("tx", "fz"), gram=gram)
-    monkeypatch.setattr(numbers, "thrust_over_mass", lambda made, named, faint: [])
+    monkeypatch.setattr(numbers, "thrust_over_mass", lambda *_, **__: [])
     monkeypatch.setattr(numbers, "_takes", lambda made, along, faint: {})
 
     def doubts(faint):
@@ -286,7 +286,7 @@ def test_a_change_from_healthy_flights_is_as_unsure_as_its_data_scatter(monkeypa
 
 def test_times_of_the_file_are_no_surer_than_stamps(monkeypatch):
     """A tenth of 10 ms beside 0.5 ms, and what is less than three times as far off is not told."""
-    monkeypatch.setattr(numbers, "thrust_over_mass", lambda made, named, faint: [])
+    monkeypatch.setattr(numbers, "thrust_over_mass", lambda *_, **__: [])
     monkeypatch.setattr(numbers, "_takes", lambda made, along, faint: {})
     lag = places(candidate("rotor_lag"), VEHICLE)[0].scale
     asked = [(candidate("rotor_lag"), 0, 0.004 / lag), (candidate("time_offset"), 0, 0.2)]
@@ -306,3 +306,20 @@ def test_thrust_over_mass_is_no_surer_than_the_force_that_stays():
     assert told.standard_error == pytest.approx(np.hypot(0.001, 0.9 * 0.2 / weight))
     assert (told.value, same) == (0.9, other)
     assert numbers.beside_what_stays((ratio, other), 0.0, VEHICLE) == (ratio, other)
+
+
+def test_moments_are_unsure_by_half_of_what_thrust_over_mass_is_off_by(monkeypatch):
+    """Eight percent less thrust, or more mass: beside the mass moments are eight percent more than beside the other."""
+    monkeypatch.setattr(numbers, "_takes", lambda made, along, faint: {})
+    asked = [
+        (candidate("inertia_error"), 1, 0.9),
+        (candidate("com_offset"), 1, 0.9),
+        (candidate("mass_offset"), 0, 1.6),
+    ]
+    made = made_of(monkeypatch, asked, 0.02)
+    ratio, moment, centre, _mass = file_numbers(made, ())
+    monkeypatch.setattr(numbers, "thrust_over_mass", lambda *_, **__: [])
+    sure, as_sure, _mass = file_numbers(made, ())
+    assert ratio.value == pytest.approx(np.exp(-0.08))
+    assert moment.standard_error == pytest.approx(np.hypot(sure.standard_error, 0.04 * moment.value))
+    assert centre == as_sure

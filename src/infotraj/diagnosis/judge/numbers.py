@@ -24,6 +24,7 @@ from infotraj.vehicle import Vehicle
 ORDINARY = 3.0  # standard deviations of this file's own errors: further off, a number is a finding
 OF_THRUST_OVER_MASS = frozenset({"mass_offset", "thrust_scale", "coaxial_loss"})  # names that say it
 OVER_MASS = "over mass, factor"  # how names end that tell it
+_OF_THRUST = ("inertia", "axes")  # kinds that are told beside a thrust, and in proportion to it
 _HALF = 0.5  # of the root mean square error
 _OF_PREDICTION = ("inertia", "rotors", "moment", "arms", "time", "clock")  # kinds that make it larger, or later
 _SEEN = 3.0  # standard errors by which a file number must be off to be told
@@ -123,6 +124,7 @@ def file_numbers(
     in_line = bool(OF_THRUST_OVER_MASS & own_error)
     ratio = thrust_over_mass(made, named, faint=faint)
     out = [replace(n, doubt=of_ratio, ordinary=n.ordinary or in_line) for n in ratio]
+    of_mass = _half_of_mass(made)
     for c, theta, deviation, spike in _off(made, named):
         kind = c.candidate.cls.declared
         assert kind is not None  # a number of the file is declared
@@ -131,6 +133,8 @@ def file_numbers(
         moved = at.value(at.absent + theta * c.scale)
         error = abs(deviation * per * c.scale) * at.slope(moved)
         value, unit = declared + per * (moved - at.absent), _unit(c.candidate, at.parameter, name)
+        if kind.kind in _OF_THRUST:
+            error = np.hypot(error, of_mass * abs(value))
         ordinary, own = (
             bool(abs(theta) < ORDINARY * spike) or c.candidate.name in own_error,
             np.array([x is c for x in made.linear.columns], dtype=float),
@@ -140,6 +144,12 @@ def file_numbers(
         label = c.candidate.label
         out.append(FileNumber(name, declared, value, float(error), ordinary, unit, takes, doubt, label, on))
     return tuple(out)
+
+
+def _half_of_mass(made: Fit) -> float:
+    """Share of moments of inertia that is unsure: half of what thrust over mass is off by. They are told beside a
+    thrust; if it is the mass they are as much larger (two models that are as likely; Draper 1995)."""
+    return max((0.5 * abs(float(np.log(n.value))) for n in thrust_over_mass(made, ())), default=0.0)
 
 
 def beside_what_stays(numbers: Sequence[FileNumber], stays: float, vehicle: Vehicle) -> tuple[FileNumber, ...]:
