@@ -22,8 +22,10 @@ def found(
     vehicle = SimpleNamespace(mass=1.0, center_of_mass=nominal)
     return SimpleNamespace(
         findings=(mass, centre), healthy=healthy, model=SimpleNamespace(vehicle=vehicle),
-        whole=SimpleNamespace(scales=SimpleNamespace(common=file)),
-        search=SimpleNamespace(observation=SimpleNamespace(still=frozenset(still))),
+        whole=SimpleNamespace(
+            scales=SimpleNamespace(common=file),
+            linear=SimpleNamespace(observation=SimpleNamespace(still=frozenset(still))),
+        ),
         healthy_numbers=lambda f: {"parameters": healthy[f.name]} if f.name in (healthy or {}) else None,
     )  # fmt: skip
 

@@ -12,6 +12,7 @@ from click.testing import CliRunner
 from infotraj.cli import cli
 from infotraj.diagnosis.adding import add
 from infotraj.diagnosis.gates import refusal
+from infotraj.errors import UsageError
 from infotraj.flight import read_flight
 from infotraj.models import Model
 from infotraj.models.file import read_model
@@ -78,3 +79,9 @@ def test_a_right_file_is_left_as_it_is_and_what_was_asked_for_stays_though_it_is
     assert "is worse with the new model" not in made.as_text()
     worse = replace(made, after=replace(made.after, rmse=made.before.rmse * [1.0, 1.9, 1.0, 1.0, 1.0, 1.0]))
     assert "\nfy is worse with the new model: " in worse.as_text()
+
+
+@pytest.mark.parametrize("name", ["inertia_products", "rotor_torque:0"])
+def test_a_number_of_the_file_cannot_be_asked_for(name):
+    with pytest.raises(UsageError, match=f"{name} is a number of the vehicle file, which is corrected along"):
+        add(Model(load_vehicle(EXAMPLE / "vehicle.yaml")), [name], [read_flight(FLIGHTS[0])])

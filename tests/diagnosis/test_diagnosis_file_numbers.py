@@ -306,6 +306,8 @@ def test_thrust_over_mass_is_no_surer_than_the_force_that_stays():
     assert told.standard_error == pytest.approx(np.hypot(0.001, 0.9 * 0.2 / weight))
     assert (told.value, same) == (0.9, other)
     assert numbers.beside_what_stays((ratio, other), 0.0, VEHICLE) == (ratio, other)
+    # A tenth is no longer off where as much stays as half a newton.
+    assert numbers.beside_what_stays((ratio, other), 0.5, VEHICLE) == (other,)
 
 
 def test_moments_are_unsure_by_half_of_what_thrust_over_mass_is_off_by(monkeypatch):

@@ -18,6 +18,7 @@ from linear_fits import ROWS, linear_fit
 from infotraj.diagnosis.diagnosis import diagnose
 from infotraj.diagnosis.judge.products import Products, free_products
 from infotraj.diagnosis.linear.candidates import Candidate
+from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.select.prior import SCALES, Scales, price, spikes
 from infotraj.diagnosis.select.search import Search
 from infotraj.effects import effect_class
@@ -106,6 +107,7 @@ def test_a_load_beside_the_middle_is_told_by_its_centre_its_thrust_over_mass_and
         assert abs(n.value - true["inertia"][name]) < 3.0 * n.standard_error
         assert n.standard_error < 0.2 * abs(n.value)
     assert not any("moment_constant" in name for name in told)
+    assert not found.unexplained.found
 
 
 def test_without_a_load_no_product_is_told():
@@ -131,7 +133,7 @@ def test_what_predicts_too_little_beside_them_is_named_no_more_and_of_what_is_na
     monkeypatch.setattr(Products, "at", lambda self, told: search)
     explained = products.explain(told, both, np.random.default_rng(0))
     assert explained.keys() == {"imu_misalignment"}
-    little = "beside products of inertia, which the file leaves out, it takes [345]% of the error off flights"
+    little = "beside products of inertia other than the file's it takes [345]% of the error off flights"
     assert re.match(little, explained["imu_misalignment"])
     assert products.explain(told, ["linear_drag"], np.random.default_rng(0)) == {}
 
@@ -148,6 +150,12 @@ def test_they_are_free_where_flights_are_twenty_times_as_probable_with_them(monk
     observation: Any = SimpleNamespace(healthy=None)
     assert (free_products(Search(observation, known, ()), whole) is not None) == free
     assert free_products(Search(observation, (), ()), whole) is None  # what nothing can be tested on
+    own = Member(known[0], inertia())
+    held = (Member(Candidate(InertiaProducts, InertiaProducts.parameters), InertiaProducts()),)
+    other = (Candidate(effect_class("linear_drag"), effect_class("linear_drag").parameters),)
+    # In the model already: moments of which it has some are asked about, products themselves are not asked twice.
+    assert (free_products(Search(observation, other, (own,)), whole) is not None) == free
+    assert free_products(Search(observation, known, held), whole) is None
     observation.healthy = object()
     assert free_products(Search(observation, known, ()), whole) is None
 
@@ -166,6 +174,28 @@ def test_they_are_told_where_nothing_is_missing_and_no_moment_constant_is_below_
     monkeypatch.setattr("infotraj.diagnosis.diagnosis.free_products", lambda search, whole: None)
     without = diagnose(Model(QUAD), flights)
     assert any("moment_constant" in n.name and n.value < 0.0 for n in without.file)
+
+
+@pytest.mark.long
+def test_where_they_take_a_name_what_is_left_is_judged_beside_them(monkeypatch):
+    """As if the mass and the thrust had stood for them: both are Plausible, and products are in the model then."""
+    true, hidden = of_a_load()
+    asked: list[object] = []
+
+    def once(self, told, names, rng):
+        asked.append(names)
+        return {n: "they explain it" for n in ("mass_offset", "thrust_scale") if n in names}
+
+    monkeypatch.setattr(Products, "explain", once)
+    found = diagnose(Model(QUAD), flown(true, hidden, (1, 2, 3)))
+    assert len(asked) == 1
+    assert {found.finding(n).verdict for n in ("mass_offset", "thrust_scale")} == {"Plausible"}
+    assert "they explain it" in {found.finding(n).reason for n in ("mass_offset", "thrust_scale")}
+    assert found.supported == ("com_offset",)
+    assert "inertia_products" in found.beside
+    (given,) = (e for e in found.model.effects if e.name == "inertia_products")
+    assert given.dxz == pytest.approx(true["inertia"]["xz"], rel=0.2)
+    assert not found.unexplained.found
 
 
 @pytest.mark.long

@@ -230,6 +230,7 @@ def test_an_installed_package_adds_effects_by_an_entry_point(own_file, monkeypat
         ("import nothing_of_that_name", "cannot be imported"),
         ("x = 1", "holds no effect"),
         (OWN.replace("tail_fin", "linear_drag"), "is taken"),
+        (OWN.replace("tail_fin", "inertia_products"), "is taken"),  # a number of the file, which models hold by it
         (OWN.replace('name, place = "tail_fin", "wrench"', 'name = "tail_fin"'), "has no place"),
     ],
 )

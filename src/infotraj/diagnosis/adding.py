@@ -1,5 +1,5 @@
 """Adds named effects to a model, fitted to flights, whether the flights need them or not; the file is corrected as in
-the model that `diagnose` gives."""
+the model that `diagnose` gives, but for products of inertia."""
 
 from __future__ import annotations
 
@@ -27,6 +27,7 @@ from infotraj.diagnosis.select.search import Search
 from infotraj.diagnosis.select.swinging import swung
 from infotraj.dynamics.inputs import for_vehicle
 from infotraj.effects import catalogue, effect_class, labels_in_words
+from infotraj.effects.registry import OF_THE_FILE
 from infotraj.errors import InputError, UsageError, problem
 from infotraj.flight import Flight, command_steps
 from infotraj.models import Model
@@ -112,6 +113,9 @@ def add(
     catalog = catalogue(effects_from)
     for name in names:
         effect_class(name.split(":")[0], effects_from)
+        if name.split(":")[0] in OF_THE_FILE:
+            what = f"{name} is a number of the vehicle file, which is corrected along"
+            raise UsageError(problem(what, "an effect (`infotraj effects`)", "Drop it."))
     known, hidden = candidates(catalog, vehicle, flights)
     chosen = []
     for name in names:

@@ -241,7 +241,7 @@ def diagnose(
     return Diagnosis(
         findings,
         supported,
-        asked.left(told),
+        asked.left(beside),
         doubts,
         refused,
         refusal.coherence(as_given),

@@ -23,7 +23,10 @@ class InertiaProducts(Effect):
     name = "inertia_products"
     place = "rigid body"
     exact = True
-    parameters = tuple(Parameter(f"d{a}", "kg m^2", 0.01, (-1.0, 1.0)) for a in ("xy", "xz", "yz"))
+    parameters = tuple(
+        Parameter(f"d{a}", "kg m^2", 0.01, (-1.0, 1.0), meaning=f"true entry J_{a} minus the vehicle file's")
+        for a in ("xy", "xz", "yz")
+    )
     dxy: float
     dxz: float
     dyz: float

@@ -43,7 +43,7 @@ def catalogue(paths: AnyPath | Iterable[AnyPath] = ()) -> dict[str, type[Effect]
     for source, module_or_class in (*_of_files(paths), *_of_packages()):
         for cls in _effects_in(module_or_class):
             _checked(cls, source)
-            if found.get(cls.name, cls) is not cls:
+            if found.get(cls.name, OF_THE_FILE.get(cls.name, cls)) is not cls:
                 raise InputError(
                     problem(f"{source}: the name {cls.name} is taken", "a name of its own", "Rename the effect.")
                 )

@@ -26,7 +26,7 @@ OF_THRUST_OVER_MASS = frozenset({"mass_offset", "thrust_scale", "coaxial_loss"})
 OVER_MASS = "over mass, factor"  # how names end that tell it
 _OF_THRUST = ("inertia", "axes")  # kinds that are told beside a thrust, and in proportion to it
 _HALF = 0.5  # of the root mean square error
-_OF_PREDICTION = ("inertia", "rotors", "moment", "arms", "time", "clock")  # kinds that make it larger, or later
+_OF_PREDICTION = ("inertia", "axes", "rotors", "moment", "arms", "time", "clock")  # kinds that make it larger, or later
 _SEEN = 3.0  # standard errors by which a file number must be off to be told
 
 
@@ -135,6 +135,8 @@ def file_numbers(
         value, unit = declared + per * (moved - at.absent), _unit(c.candidate, at.parameter, name)
         if kind.kind in _OF_THRUST:
             error = np.hypot(error, of_mass * abs(value))
+            if abs(value - declared) < _SEEN * error:
+                continue
         ordinary, own = (
             bool(abs(theta) < ORDINARY * spike) or c.candidate.name in own_error,
             np.array([x is c for x in made.linear.columns], dtype=float),
@@ -153,11 +155,13 @@ def _half_of_mass(made: Fit) -> float:
 
 
 def beside_what_stays(numbers: Sequence[FileNumber], stays: float, vehicle: Vehicle) -> tuple[FileNumber, ...]:
-    """The numbers, thrust over mass no surer than a force along z (N) that stays and may be as large in the mean."""
+    """The numbers, thrust over mass no surer than a force along z (N) that stays and may be as large in the mean; not
+    told where it is then no longer off."""
     share = stays / (vehicle.mass * vehicle.gravity) if vehicle.mass else 0.0
-    return tuple(
+    out = [
         replace(n, standard_error=float(np.hypot(n.standard_error, n.value * share))) if n.ratio else n for n in numbers
-    )
+    ]
+    return tuple(n for n in out if not n.ratio or abs(n.value - n.declared) >= _SEEN * n.standard_error)
 
 
 def _told_by(made: Fit, c: Column, own: Array, faint: Mapping[str, float]) -> str:

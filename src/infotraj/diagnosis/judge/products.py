@@ -1,4 +1,4 @@
-"""Products of inertia that the file leaves out: what stands for them is not named, nor told as other numbers.
+"""Products of inertia other than the file's: what stands for them is not named, nor told as other numbers.
 
 A load beside the planes of symmetry turns a vehicle about z as it rolls. Without a number of its own that is told as an
 IMU that is turned, or as moment constants below zero. Three more numbers in every file's search, nearly zero in most,
@@ -7,7 +7,7 @@ made files look more exact than they are; so they are free beside the sets that 
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -21,7 +21,7 @@ from infotraj.diagnosis.select.predicting import TELLS
 from infotraj.diagnosis.select.search import Search
 from infotraj.effects.inertia_products import InertiaProducts
 
-_BESIDE = "beside products of inertia, which the file leaves out, "
+_BESIDE = "beside products of inertia other than the file's "
 
 
 @dataclass(frozen=True)
@@ -50,9 +50,11 @@ class Products:
         """The search that goes with a set beside them."""
         return replace(self.search, observation=told.linear.observation)
 
-    def explain(self, told: Fit, names: Container[str], rng: np.random.Generator) -> dict[str, str]:
+    def explain(self, told: Fit, names: Collection[str], rng: np.random.Generator) -> dict[str, str]:
         """Those of these names of a set that predict too little beside free products, and how little."""
         made, found = self.beside(told), {}
+        if not names:
+            return {}
         for label in made.labels:
             rest = self.at(told).fitted([x for x in made.labels if x != label], made)
             found[label] = evidence(made, label, rng, rest)
@@ -68,7 +70,11 @@ def free_products(search: Search, whole: Fit) -> Products | None:
 
     Beside healthy flights they are the same on both sides.
     """
-    if search.observation.healthy is not None or not any(c.name == "inertia_error" for c in search.known):
+    inside = {c.name for c in search.known} | {m.candidate.name for m in search.held}
+    # Where moments can be asked about, or are in the model.
+    if search.observation.healthy is not None or not search.known or "inertia_error" not in inside:
+        return None
+    if InertiaProducts.name in inside:
         return None
     candidate = Candidate(InertiaProducts, InertiaProducts.parameters)
     products = Products(replace(search, known=(*search.known, candidate)), candidate)

@@ -64,7 +64,7 @@ def added_load(found: Diagnosis) -> AddedLoad | None:
         return None
     if found.healthy is None and found.whole.scales.common > _RIGHT:
         return None
-    if any(label == centre.name for label, _ in found.search.observation.still):
+    if any(label == centre.name for label, _ in found.whole.linear.observation.still):
         return None
     dm0, shift0 = 0.0, np.zeros(3)
     if found.healthy is not None:
