@@ -108,8 +108,12 @@ def test_a_number_is_as_uncertain_as_what_flights_cannot_tell_from_another_name_
     made = model_given(inertia_error=(form("dxx", "dyy"), {"dxx": 9.0, "dyy": 9.0}))
     made.fit.linear.observation.healthy = object()
     stand = {"mass_offset": Rival("mass_offset", beside_mass.fit)}
-    (found,) = _with_apart((inertia,), made, stand)
-    assert found.standard_errors == {"dxx": pytest.approx(np.hypot(0.03, 0.4)), "dyy": pytest.approx(0.01)}
+    # Whichever of the group comes first; what is not told with confidence says nothing.
+    for order in (("mass_offset", "thrust_scale"), ("thrust_scale", "mass_offset")):
+        found, *_ = _with_apart((inertia, *alike(order)), made, stand)
+        assert found.standard_errors == {"dxx": pytest.approx(np.hypot(0.03, 0.4)), "dyy": pytest.approx(0.01)}
+    plausible = Finding("mass_offset", "Plausible", ("mass_offset",), None, {}, {})
+    assert _with_apart((inertia, plausible), made, stand)[0].standard_errors == {"dxx": 0.03, "dyy": 0.01}
 
 
 def test_what_is_held_back_is_said_of_what_is_named_beside_its_own_reason():

@@ -32,7 +32,6 @@ class InertiaProducts(Effect):
     dyz: float
     needs = ("inertia", "rate")
     source = "Euler's equations of motion"
-    like_commands = True
     declared = Declared("axes", 1 / 3, "")  # 5 % of the moments: as a load of 15 % beside the middle makes them
 
     @classmethod

@@ -146,8 +146,7 @@ def _decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]
             findings = _with_held_back(findings, made.held_back | _still(told))
             findings, made = with_ratio(findings, told, made, asked.rng)
             findings, made = with_lone_rotor(search, findings, told, made, asked.rng)
-            beside = {n: r for n, r in stand.items() if n in named(findings)}
-            return _with_apart(findings, made, beside), told, made
+            return _with_apart(findings, made, stand), told, made
         why |= lost | own
         impossible |= lost.keys() & {x.split()[0] for x in at_bound.keys() - made.lost.keys()}
         stay |= own.keys()
@@ -232,7 +231,7 @@ def _with_apart(findings: tuple[Finding, ...], made: Given, stand: Mapping[str, 
     from it: which of them stands beside it is not known either, and two that are as likely are half of their difference
     from their mean (Draper 1995).
     """
-    fits = [r.fit for r in stand.values()]
+    fits = [stand[f.name].fit for f in findings if f.verdict in CONFIDENT and f.name in stand]
     others = [{m.candidate.label: values_of(m) for m in x.members} for x in fits]
     if made.fit.linear.observation.healthy is None:
         own = [m for m in made.fit.members if m.candidate.label not in made.held_back]
