@@ -110,7 +110,7 @@ def test_numbers_of_an_effect_stand_by_parameter():
 
 def test_the_error_of_a_fitted_number_is_in_its_own_unit():
     """2000 rows of variance 1 beside noise of 1: a number to 1 / sqrt(2000) of its usual size, times its slope; a time
-    no better than to a tenth of the 5 ms between commands."""
+    no better than to a tenth of the 5 ms between commands, a mass no better than to the 0.15 % of gravity."""
 
     def rows(rng, _):
         x = rng.standard_normal((ROWS, 3))
@@ -121,11 +121,14 @@ def test_the_error_of_a_fitted_number_is_in_its_own_unit():
     delay, mass = fitted_numbers(whole)
     assert delay["delay"] == pytest.approx(np.hypot(0.015 / np.sqrt(2000), 0.0005), rel=0.1)
     # The point has no mass added: there a step of the logarithm is one of the mass.
-    assert mass["dm"] == pytest.approx(0.05 * VEHICLE.mass / np.sqrt(2000), rel=0.3)
+    told, pull = 0.05 * VEHICLE.mass / np.sqrt(2000), 0.0015 * VEHICLE.mass
+    assert mass["dm"] == pytest.approx(np.hypot(told, pull), rel=0.15)
     heavier = whole.linear.point[1].candidate.at({"dm": VEHICLE.mass})
     moved = tuple(m if m.candidate.name != "mass_offset" else Member(m.candidate, heavier) for m in whole.members)
     whole.__dict__["members"] = moved
-    assert fitted_numbers(whole)[1]["dm"] == pytest.approx(2.0 * mass["dm"])
+    # Twice as much a step, but gravity is as sure as it was.
+    twice = 2.0 * np.sqrt(mass["dm"] ** 2 - pull**2)
+    assert fitted_numbers(whole)[1]["dm"] == pytest.approx(np.hypot(twice, pull))
 
 
 def test_clocks_and_mounts_and_what_does_not_act_are_no_file_to_correct():
@@ -206,8 +209,8 @@ def test_thrust_over_mass_is_told_with_the_error_of_a_factor(monkeypatch):
     (found,) = thrust_over_mass(made, scales=Scales(1.0))
     factor = np.exp(-0.8 * 0.15 - 0.05)
     assert found.value == pytest.approx(factor)
-    # A mean of four rotors' errors, and that of the mass.
-    assert found.standard_error == pytest.approx(factor * 0.04 * np.hypot(0.15 / 2.0, 0.05))
+    # A mean of four rotors' errors, that of the mass, and that of gravity.
+    assert found.standard_error == pytest.approx(factor * np.linalg.norm([0.04 * 0.15 / 2.0, 0.04 * 0.05, 0.0015]))
     assert not found.ordinary
     assert thrust_over_mass(made_of(monkeypatch, [*rotors[:1]], 0.3), scales=Scales(1.0)) == []
 

@@ -17,7 +17,7 @@ from infotraj.diagnosis.linear.candidates import Candidate, places, slopes
 from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.select.around import Column
 from infotraj.diagnosis.select.fit import Fit
-from infotraj.diagnosis.select.prior import SCALES, Scales, stamped
+from infotraj.diagnosis.select.prior import PULL, SCALES, Scales, stamped
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
@@ -80,9 +80,17 @@ def fitted_numbers(made: Fit, told: Fit | None = None) -> list[dict[str, Any]]:
         for i, c in enumerate(made.linear.columns):
             if c.candidate.label == m.candidate.label and deviation[i] > 0:
                 told_to = deviation[i] * abs(c.scale) * slope[c.place]
-                values[c.place] = np.hypot(told_to, stamped(c.candidate, step))
+                values[c.place] = np.hypot(told_to, stamped(c.candidate, step) + _pulled(m, made))
         out.append(by_parameter(m, values))
     return out
+
+
+def _pulled(m: Member, made: Fit) -> float:
+    """How exactly gravity tells a mass (kg) or the thrust of all rotors (factor); 0 for any other, or for a change."""
+    vehicle = made.linear.observation.vehicle
+    if made.linear.observation.healthy is not None:
+        return 0.0
+    return PULL * {"mass_offset": vehicle.mass or 0.0, "thrust_scale": 1.0}.get(m.candidate.name, 0.0)
 
 
 def in_fit(made: Fit, label: str, told: Fit) -> tuple[Member, dict[str, Any]]:
@@ -277,6 +285,7 @@ def thrust_over_mass(
     # Coordinates are logarithms: a ratio is a sum.
     total = float(weight @ made.solution.theta)
     error = float(np.sqrt(weight @ covariance @ weight))
+    error = float(np.hypot(error, PULL)) if error > 0 else 0.0
     if error <= 0 or abs(total) < _SEEN * error:
         return []
     ordinary = abs(total) < ORDINARY * float(np.linalg.norm(weight * spike))

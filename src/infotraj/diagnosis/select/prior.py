@@ -32,6 +32,7 @@ KIND_SPREAD = 0.4  # standard deviation of the logarithm by which a kind's scale
 OF_THE_LOG = ("clock", "mount")
 _AS_EVER = (*OF_THE_LOG, "air", "axes")  # kinds that are no worse for what a file says of the vehicle
 STAMP = 0.1  # of the time between commands: their stamps are hardly more exact
+PULL = 0.0015  # of a mass, a thrust: gravity is 9.78 to 9.83 m/s^2 from place to place (WGS 84), evenly
 
 
 @dataclass(frozen=True)

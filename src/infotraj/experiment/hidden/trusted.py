@@ -24,7 +24,7 @@ def trusted(runs: Sequence[Path], changed: Path) -> str:
     nothing = [row for row in rows if "/nothing/" in row["case"]]
     unlisted = [row for row in rows if "/unlisted/" in row["case"]]
     alarms = sum(bool(row["invented"].strip("[]")) for row in nothing)
-    cut, wrong, flights, healthy = _changes(changed.read_text().splitlines())
+    cut, in_group, wrong, flights, healthy = _changes(changed.read_text().splitlines())
     simulated = (
         "- Simulated, on seeds that no version had seen, mostly with rough logs or a vehicle file wrong by 3 %: "
         f"a single effect was named right in **{_share(single)}** runs (beside 3 %: {_share(beside)}), and with "
@@ -34,7 +34,7 @@ def trusted(runs: Sequence[Path], changed: Path) -> str:
     )
     real = (
         "- Real flights with 2 mm and more cut off both tips of a propeller: that rotor was named in "
-        f"**{cut[0]} of {cut[1]}**, and {wrong} wrong names came from {flights} changed and {healthy} healthy flights: "
+        f"**{cut[0]} of {cut[1]}**, {in_group} of them in a group of names, and {wrong} wrong names came from {flights} changed and {healthy} healthy flights: "
         "[docs/what_changed.md](docs/what_changed.md). More real flights: [docs/real_flights.md](docs/real_flights.md)."
     )
     return f"{simulated}\n{real}"
@@ -44,9 +44,10 @@ def _share(rows: Sequence[dict[str, str]]) -> str:
     return f"{sum(row['right'] == 'True' for row in rows)} of {len(rows)}"
 
 
-def _changes(lines: Iterable[str]) -> tuple[tuple[int, int], int, int, int]:
-    """Of the table of what changed: right and all of those cut at both tips; wrong names; changed, healthy flights."""
-    right = all_cut = wrong = changed = healthy = 0
+def _changes(lines: Iterable[str]) -> tuple[tuple[int, int], int, int, int, int]:
+    """Of the table of what changed: right and all of those cut at both tips, and in a group of names; wrong names;
+    changed, healthy flights."""
+    right = all_cut = grouped = wrong = changed = healthy = 0
     for line in lines:
         cells = [cell.strip() for cell in line.strip("|").split("|")]
         told = re.findall(r"(\d+) (right|nothing|refused|wrong)", cells[2]) if len(cells) == 4 else []
@@ -61,7 +62,8 @@ def _changes(lines: Iterable[str]) -> tuple[tuple[int, int], int, int, int]:
             changed += total
         if _CUT.match(cells[1]):
             right, all_cut = right + counts.get("right", 0), all_cut + total
-    return (right, all_cut), wrong, changed, healthy
+            grouped += sum(" or " in answer for answer in cells[3].split(" / "))
+    return (right, all_cut), grouped, wrong, changed, healthy
 
 
 def write_numbers(readme: Path, text: str) -> None:
