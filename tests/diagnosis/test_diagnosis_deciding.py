@@ -8,7 +8,7 @@ import pytest
 
 from infotraj.diagnosis.diagnosis import diagnose
 from infotraj.diagnosis.judge import deciding
-from infotraj.diagnosis.judge.deciding import _demoted, _labels, _with_apart, _with_held_back
+from infotraj.diagnosis.judge.deciding import _demoted, _labels, _others, _with_apart, _with_held_back
 from infotraj.diagnosis.judge.groups import Rival
 from infotraj.diagnosis.judge.verdicts import Finding
 from infotraj.diagnosis.select.predicting import TELLS
@@ -91,7 +91,7 @@ def test_a_number_that_the_new_model_has_elsewhere_is_as_uncertain_as_the_two_di
         rotor_effectiveness_3=(form("factor", rotor=3), {"rotor": 3, "factor": 0.8}),
         wind=(form("v"), {"v": 5.0}),
     )
-    mass, drag, rotor, wind = _with_apart(findings, made, {})
+    mass, drag, rotor, wind = _with_apart(findings, made, ())
     assert mass.standard_errors["dm"] == pytest.approx(0.5)
     assert drag.standard_errors["d"] == pytest.approx([0.01, 0.01, 0.05])
     assert rotor.standard_errors == {"factor": pytest.approx(0.01)}
@@ -110,10 +110,14 @@ def test_a_number_is_as_uncertain_as_what_flights_cannot_tell_from_another_name_
     stand = {"mass_offset": Rival("mass_offset", beside_mass.fit)}
     # Whichever of the group comes first; what is not told with confidence says nothing.
     for order in (("mass_offset", "thrust_scale"), ("thrust_scale", "mass_offset")):
-        found, *_ = _with_apart((inertia, *alike(order)), made, stand)
+        named = (inertia, *alike(order))
+        found, *_ = _with_apart(named, made, _others(named, stand))
         assert found.standard_errors == {"dxx": pytest.approx(np.hypot(0.03, 0.4)), "dyy": pytest.approx(0.01)}
     plausible = Finding("mass_offset", "Plausible", ("mass_offset",), None, {}, {})
-    assert _with_apart((inertia, plausible), made, stand)[0].standard_errors == {"dxx": 0.03, "dyy": 0.01}
+    assert _with_apart((inertia, plausible), made, _others((inertia, plausible), stand))[0].standard_errors == {
+        "dxx": 0.03,
+        "dyy": 0.01,
+    }
 
 
 def test_what_is_held_back_is_said_of_what_is_named_beside_its_own_reason():

@@ -40,6 +40,7 @@ def made_of(monkeypatch, thetas, deviation, spike=0.3, command_step=0.0, **chang
     ]
     observation = SimpleNamespace(vehicle=VEHICLE, healthy=None, command_step=command_step)
     linear = SimpleNamespace(columns=columns, observation=observation, spike=lambda _: np.full(len(columns), spike))
+    linear.choices, linear.labelled = (), lambda labels: ()
     solution = SimpleNamespace(theta=np.array([x for *_, x in thetas]))
     monkeypatch.setattr(numbers, "overdispersion", lambda _: (1.0, deviation**2 * np.eye(len(columns))))
     monkeypatch.setattr(numbers, "told_errors", lambda *_: np.full(len(columns), deviation))
@@ -70,16 +71,18 @@ def test_a_number_of_the_file_is_told_in_its_unit_with_its_error(monkeypatch):
     assert lag.standard_error == pytest.approx(0.05 * 0.03)
     scale = places(candidate("com_offset"), VEHICLE)[1].scale
     assert (center.name, center.value) == ("center_of_mass.y", pytest.approx(0.8 * scale))
-    # Within three times what such a file is off by; half of an error is spoken of where nothing else does the same.
+    # Within three times what such a file is off by; half of an error is spoken of where nothing else does the same, or
+    # would be as ordinary.
     assert [n.ordinary for n in (mass, rotor, lag, center, force)] == [False, False, True, True, True]
-    assert [n.large for n in (mass, rotor, lag, center, force)] == [False, False, True, False, True]
-    # A velocity against an accelerometer tells of the force along its axis; a mass acts beside other numbers.
-    assert [n.on for n in (lag, mass)] == [("fx", "fz"), ()]
+    assert [n.large for n in (mass, rotor, lag, center, force)] == [True, True, True, False, True]
+    # A velocity against an accelerometer tells of the force along its axis; a centre of mass acts beside other numbers.
+    assert [n.on for n in (lag, mass, center)] == [("fx", "fz"), ("fx", "fz"), ()]
 
 
 def test_a_number_of_an_effect_that_is_not_named_says_why(monkeypatch):
     """That of the file alone, of which the set holds no effect, has no such reason."""
     monkeypatch.setattr(numbers, "thrust_over_mass", lambda *_, **__: [])
+    monkeypatch.setattr(numbers, "_takes", lambda made, along, faint: {})
     asked = [(candidate("inertia_error"), 2, 5.0), (candidate("com_offset"), 1, 0.8)]
     made = made_of(monkeypatch, asked, 0.05, labels=("inertia_error",))
     inertia, center = file_numbers(
@@ -168,7 +171,7 @@ def test_thrust_over_mass_has_the_doubt_of_the_thrust_that_is_not_named(monkeypa
     asked = [(candidate("thrust_scale"), 0, -1.0), (candidate("mass_offset"), 0, 0.5)]
     made = made_of(monkeypatch, asked, 0.04, labels=("thrust_scale",))
     monkeypatch.setattr(numbers, "_takes", lambda made, along, faint: {"fx": 0.6, "vz": 0.6, "tx": 0.4})
-    monkeypatch.setattr(numbers, "_off", lambda made, named: ())
+    monkeypatch.setattr(numbers, "off", lambda made, named: ())
     (ratio,) = file_numbers(made, (), {"thrust_scale": "why"})
     assert (ratio.name, ratio.doubt, ratio.large) == ("thrust of all rotors over mass, factor", "why", False)
     (ratio,) = file_numbers(made, (), {"mass_offset": "why"})
@@ -328,3 +331,44 @@ def test_moments_are_unsure_by_half_of_what_thrust_over_mass_is_off_by(monkeypat
     assert ratio.value == pytest.approx(np.exp(-0.08))
     assert moment.standard_error == pytest.approx(np.hypot(sure.standard_error, 0.04 * moment.value))
     assert centre == as_sure
+
+
+def test_a_number_is_no_surer_than_half_of_what_it_is_beside_other_names(monkeypatch):
+    """With what stands in the place of a name a lag is 8 ms in place of 16, and eight percent of mass are six."""
+    monkeypatch.setattr(numbers, "_takes", lambda made, along, faint: {})
+    lag = places(candidate("rotor_lag"), VEHICLE)[0].scale
+    asked = [(candidate("rotor_lag"), 0, 0.016 / lag), (candidate("mass_offset"), 0, 1.6)]
+    other = made_of(monkeypatch, [(candidate("mass_offset"), 0, 1.2), (candidate("rotor_lag"), 0, 0.008 / lag)], 0.001)
+    none = made_of(monkeypatch, [(candidate("mass_offset"), 0, 1.6), (candidate("com_offset"), 0, 1.0)], 0.001)
+    less = made_of(monkeypatch, [(candidate("mass_offset"), 0, 1.6), (candidate("rotor_lag"), 0, 0.001 / lag)], 0.001)
+    made = made_of(monkeypatch, asked, 0.001)
+    ratio, alone, mass = file_numbers(made, ())
+    wider, told, _ = file_numbers(made, (), others=[other])
+    assert told.value == alone.value
+    assert told.standard_error == pytest.approx(np.hypot(alone.standard_error, 0.004))
+    share = np.hypot(ratio.standard_error / ratio.value, 0.5 * 0.4 * 0.05)
+    assert (wider.value, wider.standard_error) == (ratio.value, pytest.approx(share * ratio.value))
+    # What another fit does not ask for it does not tell, either. What is no longer off by three errors is not told.
+    assert file_numbers(made, (), others=[none]) == (ratio, alone, mass)
+    assert [n.name for n in file_numbers(made, (), others=[less])] == [ratio.name, mass.name]
+
+
+def test_a_number_that_is_out_of_line_is_told_as_an_effect_is():
+    """Half a usual size of a centre of mass beside a file that is right to 1 %, a twentieth: the prior holds a part
+    of it back, and gives some to a rotor, of which data say nearly the same. Thrust over mass is of several numbers."""
+
+    def rows(rng, _):
+        x = rng.standard_normal((ROWS, 4))
+        x[:, 2] = 0.15 * x[:, 1]
+        x[:, 0] = 0.5 * x[:, 1] + 0.5 * x[:, 3]
+        return x
+
+    _, whole = linear_fit(["com_offset", "rotor_effectiveness 0", "mass_offset"], rows, [])
+    scales = Scales(1.0)
+    held = replace(whole, scales=scales, solution=whole.linear.scorer(scales).solution(()))
+    freed = numbers.out_of_line_freed(held, ())
+    assert held.solution.theta[0] < 0.47
+    assert freed.labels == ("com_offset",)
+    assert freed.solution.theta[:2] == pytest.approx([0.5, 0.0], abs=0.01)
+    assert freed.solution.theta[2] == pytest.approx(held.solution.theta[2], abs=0.01)
+    assert numbers.out_of_line_freed(held, {"com_offset"}) is held

@@ -108,7 +108,7 @@ def test_where_only_numbers_of_the_file_are_off_the_sentence_says_how_much_of_th
     before, after = np.array([1.0, 1.0, 4.0, np.nan, 1.0, 1.0]), np.array([0.6, 0.2, 1.0, np.nan, 0.9, 0.01])
     found = SimpleNamespace(
         supported=(), beside=("mass_offset",), healthy=None, refused={"tz": "why"}, judged=True, file=(),
-        before=SimpleNamespace(rmse=before), after=SimpleNamespace(rmse=after),
+        before=SimpleNamespace(rmse=before), after=SimpleNamespace(rmse=after), by_file=1.0 - after / before,
         unexplained=SimpleNamespace(found=False, axes=()), faint={},
     )  # fmt: skip
     corrected = "the numbers of your vehicle file make most of the error: corrected, 75 to 80 % of it is gone on fy, fz"
@@ -133,7 +133,7 @@ def test_where_only_numbers_of_the_file_are_off_the_sentence_says_how_much_of_th
     assert sentence(SimpleNamespace(**{**vars(found), **told, **elsewhere})).endswith("is gone on fy, fz.")
     doubted = {"file": (replace(force, doubt="why"), lag)}
     assert sentence(SimpleNamespace(**{**vars(found), **told, **doubted})).endswith(", first of all b 3.")
-    for same in ({"beside": ()}, {"after": found.before}):
+    for same in ({"beside": ()}, {"by_file": 0.0 * before}):
         assert "vehicle file" not in sentence(SimpleNamespace(**{**vars(found), **same}))
 
 

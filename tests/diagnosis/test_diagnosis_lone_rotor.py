@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 
 from infotraj.diagnosis.judge import lone_rotor as module
-from infotraj.diagnosis.judge import verdicts
 from infotraj.diagnosis.judge.lone_rotor import LEVEL, chance_of_each
-from infotraj.diagnosis.judge.verdicts import Finding
 
 NOTHING = np.zeros((4, 4))
 
@@ -77,32 +75,3 @@ def test_none_is_asked_for_beside_healthy_flights_a_named_rotor_or_fewer_than_fo
     assert module.lone_rotor(told(WEAK, named=["rotor_effectiveness 1"])) is None
     assert module.lone_rotor(told(WEAK[:3])) is None
     assert module.lone_rotor(told(WEAK, rotors=6)) is None
-
-
-@pytest.mark.parametrize(
-    ("rotor", "place", "group"),
-    [(0.6, 0.1, None), (1.5, 0.1, ["rotor_effectiveness"]), (1.5, 1.0, ["rotor_effectiveness", "com_offset"])],
-)
-def test_it_is_named_where_it_halves_an_error_with_what_leaves_less_than_twice_as_much(
-    monkeypatch, sure, rotor, place, group
-):
-    takes = {"rotor_effectiveness 1": {"tx": rotor, "fz": 0.1}, "com_offset": {"tx": place}}
-    monkeypatch.setattr(module, "evidence", lambda fit, label, rng: SimpleNamespace(falls=takes[label]))
-    lost = {}
-    monkeypatch.setattr(
-        module, "given", lambda search, fit, labels: SimpleNamespace(labels=labels, lost=lost, at_bound={})
-    )
-    named = {x: SimpleNamespace(candidate=SimpleNamespace(name=x.split()[0])) for x in takes}
-    monkeypatch.setattr(module, "in_fit", lambda fit, label, told: (named[label], {}))
-    monkeypatch.setattr(verdicts, "values_of", lambda member: {})
-    search = SimpleNamespace(fitted=lambda labels, *_, **__: labels, known=[SimpleNamespace(name="com_offset")])
-    absent = tuple(Finding(n, "Not needed", (n,), None, {}, {}) for n in ("rotor_effectiveness", "com_offset"))
-    made = SimpleNamespace(
-        fit=SimpleNamespace(labels=("linear_drag", "mass_offset")), beside=("mass_offset",), of_ratio={}
-    )
-    found, after = module.with_lone_rotor(search, absent, told(WEAK), made, np.random.default_rng(0))
-    verdict = "Supported" if group and len(group) == 1 else "Not separable"
-    assert [(f.name, f.verdict) for f in found if f.verdict != "Not needed"] == [(n, verdict) for n in group or []]
-    assert getattr(after, "labels", None) == (["linear_drag", "rotor_effectiveness 1"] if group else None)
-    lost["rotor_effectiveness 1"] = "tz is predicted worse with it"
-    assert module.with_lone_rotor(search, absent, told(WEAK), made, np.random.default_rng(0)) == (absent, made)

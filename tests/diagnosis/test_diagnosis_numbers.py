@@ -60,7 +60,7 @@ def test_a_number_that_is_found_and_not_named_is_told_of_the_file(monkeypatch):
     monkeypatch.setattr(numbers, "told_errors", lambda *_: np.full(2, 0.1))
 
     def told(named):
-        return [c.candidate.name for c, *_ in numbers._off(made, named)]
+        return [c.candidate.name for _, c, *_ in numbers.off(made, named)]
 
     assert told(()) == ["rotor_lag", "actuation_delay"]
     assert told({"rotor_lag"}) == ["actuation_delay"]

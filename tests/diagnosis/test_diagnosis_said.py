@@ -44,6 +44,7 @@ def answer(**changed):
         healthy_numbers=lambda finding: None,
         changes=lambda finding: (),
         usual=np.full(6, np.nan),
+        by_file=np.zeros(6),
         judged=True,
         refused={},
         doubts=(),
@@ -107,11 +108,13 @@ def test_the_sentence_names_effects_with_those_that_they_cannot_be_told_from():
 
 def test_what_numbers_of_the_file_alone_take_off_is_said_where_it_is_more_than_half():
     after = SimpleNamespace(rmse=np.array([0.4, 0.1, 0.6, 0.2, 0.9, 1.0]), floor=0.01 * ONES)
-    made = answer(after=after, beside=("mass_offset",), refused={"fy": "why"})
+    made = answer(after=after, by_file=1.0 - after.rmse, beside=("mass_offset",), refused={"fy": "why"})
     assert "corrected, 60 to 80 % of it is gone on fx, tx" in sentence(made)
     assert "corrected" not in sentence(answer(after=after))
     one = SimpleNamespace(rmse=np.array([0.4, 1, 1, 1, 1, 1]), floor=0.01 * ONES)
-    assert "corrected, 60 % of it is gone on fx" in sentence(answer(after=one, beside=("mass_offset",)))
+    assert "corrected, 60 % of it is gone on fx" in sentence(
+        answer(after=one, by_file=1.0 - one.rmse, beside=("mass_offset",))
+    )
 
 
 @pytest.mark.parametrize(

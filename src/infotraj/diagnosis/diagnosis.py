@@ -66,7 +66,7 @@ class Diagnosis:
     that of the model that is given; beside: labels of its effects that are no finding and correct the file, for the
     named ones to hold; start, stop: s, the part of every flight that was used; healthy: what they were held against in
     place of the model; usual (6,): the largest error that it leaves on any of its own flights, NaN where that is not
-    known.
+    known; by_file (6,): share of the error that what corrects the file takes off.
     """
 
     findings: tuple[Finding, ...]
@@ -89,7 +89,8 @@ class Diagnosis:
     start: float | None = None
     stop: float | None = None
     healthy: Healthy | None = None
-    usual: Array = field(default_factory=lambda: np.full(len(AXES), np.nan))
+    usual: Array = field(default_factory=lambda: _unknown())
+    by_file: Array = field(default_factory=lambda: _unknown())
 
     @property
     def samples(self) -> tuple[FlightSamples, ...]:
@@ -215,7 +216,7 @@ def diagnose(
     rng = np.random.default_rng([seed, 1])
     products = free_products(search, whole)
     asked = Asked(search, tuple(catalog), why_not, refused, matters, seed, rng, start, stop, products)
-    findings, told, made = decided(asked, whole)
+    findings, told, made, others = decided(asked, whole)
     reached("errors")
     final, supported = made.fit, named(findings)
     into = [m for m in final.members if not m.held]
@@ -237,7 +238,7 @@ def diagnose(
     unsure = {f.name: f"{f.name}: {f.reason}" for f in findings if f.unsure}
     own = {f.name for f in findings if f.of_file}
     beside = told if products is None or products.candidate in told.known else products.beside(told)
-    of_file = file_numbers(beside, sure, unsure, asked.faint(told), own) if search.known else ()
+    of_file = file_numbers(beside, sure, unsure, asked.faint(told), own, others) if search.known else ()
     return Diagnosis(
         findings,
         supported,
@@ -259,8 +260,45 @@ def diagnose(
         start,
         stop,
         healthy,
-        *([] if healthy is None else [_usual(model, healthy, start, stop)]),
+        _unknown() if healthy is None else _usual(model, healthy, start, stop),
+        _unknown() if healthy is not None else _by_file(search, made.beside, added, before, after, start, stop),
     )
+
+
+def _unknown() -> Array:
+    """What is not known of any axis."""
+    return np.full(len(AXES), np.nan)
+
+
+def _by_file(
+    search: Search,
+    beside: Sequence[str],
+    added: Sequence[Member],
+    before: Statistics,
+    after: Statistics,
+    start: float | None,
+    stop: float | None,
+) -> Array:
+    """Share (6,) of the error that what corrects the file takes off. beside: labels of what corrects it."""
+    o, flights = search.observation, search.observation.flights
+    parts = [[m for m in added if (m.candidate.label in beside) == of_file and not m.held] for of_file in (True, False)]
+    if not all(parts):
+        found = [before if parts[1] else after, before if parts[0] else after]
+    else:
+        held = [m for m in added if m.held]
+        found = [refusal.errors(o.model([*held, *part]), flights, start, stop) for part in parts]
+    alone, without = (x.rmse for x in found)
+    return share_taken(before.rmse, alone, without, after.rmse)
+
+
+def share_taken(before: Array, alone: Array, without: Array, after: Array) -> Array:
+    """The share of an error that one of two parts takes off, alone and beside the other, whichever is less: what the
+    other takes as well is none of it.
+
+    Errors of neither part, of it alone, of the other alone, and of both.
+    """
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(1.0 - np.maximum(alone / before, after / without))
 
 
 def learn(

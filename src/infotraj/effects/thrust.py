@@ -55,7 +55,8 @@ class RotorEffectiveness(Effect):
 
     @classmethod
     def in_the_file(cls, vehicle: Vehicle, place: int, rotor: int) -> tuple[str, float, float]:
-        k = vehicle.rotors[rotor].thrust_coefficient
+        own = vehicle.rotors[rotor]
+        k = own.thrust_coefficient if own.input == "speed" else None
         return (f"rotor_{rotor}.thrust_coefficient", k, k) if k else super().in_the_file(vehicle, place, rotor)
 
     def check(self, vehicle: Vehicle) -> None:

@@ -17,9 +17,9 @@ from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.judge.giving import Given, given
 from infotraj.diagnosis.judge.groups import Rival
 from infotraj.diagnosis.judge.in_line import in_line
-from infotraj.diagnosis.judge.lone_rotor import with_lone_rotor
 from infotraj.diagnosis.judge.needed import Judged, needed
 from infotraj.diagnosis.judge.numbers import values_of
+from infotraj.diagnosis.judge.out_of_line import with_out_of_line
 from infotraj.diagnosis.judge.products import Products
 from infotraj.diagnosis.judge.ratio import with_ratio
 from infotraj.diagnosis.judge.unexplained import Unexplained, unexplained
@@ -87,8 +87,9 @@ class Asked:
         return self._faint[id(told)][1]
 
 
-def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
-    """Findings, the set of what is needed, and the model that is given, from the set that the search took.
+def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given, tuple[Fit, ...]]:
+    """Findings, the set of what is needed, the model that is given, and fits with what stands in the place of a name,
+    from the set that the search took.
 
     Where nothing is named what has no column may have made the file look further off than it is: products of inertia
     are then searched beside.
@@ -102,10 +103,10 @@ def decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
     return _decided(replace(asked, search=search, products=None), search.best(made.linear, made))
 
 
-def _decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]:
+def _decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given, tuple[Fit, ...]]:
     search, vehicle = asked.search, asked.search.observation.vehicle
     if not search.known:
-        return asked.judged(whole, [])[0], whole, given(search, whole, [])
+        return asked.judged(whole, [])[0], whole, given(search, whole, []), ()
     out: dict[str, Finding] = {}  # what left the set because of the model that is given
     why: dict[str, str] = {}
     stay: set[str] = set()  # of them, those that correct the file
@@ -145,8 +146,9 @@ def _decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given]
         if not lost and not own and len(rest) == len(told.labels):
             findings = _with_held_back(findings, made.held_back | _still(told))
             findings, made = with_ratio(findings, told, made, asked.rng)
-            findings, made = with_lone_rotor(search, findings, told, made, asked.rng)
-            return _with_apart(findings, made, stand), told, made
+            findings, told, made = with_out_of_line(search, findings, told, made, asked.rng)
+            others = _others(findings, stand)
+            return _with_apart(findings, made, others), told, made, others
         why |= lost | own
         impossible |= lost.keys() & {x.split()[0] for x in at_bound.keys() - made.lost.keys()}
         stay |= own.keys()
@@ -224,15 +226,19 @@ def _with_held_back(findings: tuple[Finding, ...], held_back: Mapping[str, str])
     )
 
 
-def _with_apart(findings: tuple[Finding, ...], made: Given, stand: Mapping[str, Rival]) -> tuple[Finding, ...]:
-    """The findings, with errors of what the model that is given, and what stands for a group, say otherwise.
+def _others(findings: Sequence[Finding], stand: Mapping[str, Rival]) -> tuple[Fit, ...]:
+    """The fits with what stands for a group that is told with confidence."""
+    return tuple(stand[f.name].fit for f in findings if f.verdict in CONFIDENT and f.name in stand)
+
+
+def _with_apart(findings: tuple[Finding, ...], made: Given, stand: Sequence[Fit]) -> tuple[Finding, ...]:
+    """The findings, with errors of what the model that is given, and fits with what stands for a group, say otherwise.
 
     A number is told beside all that may be missing, the model has what is named, and a group what flights cannot tell
     from it: which of them stands beside it is not known either, and two that are as likely are half of their difference
     from their mean (Draper 1995).
     """
-    fits = [stand[f.name].fit for f in findings if f.verdict in CONFIDENT and f.name in stand]
-    others = [{m.candidate.label: values_of(m) for m in x.members} for x in fits]
+    others = [{m.candidate.label: values_of(m) for m in x.members} for x in stand]
     if made.fit.linear.observation.healthy is None:
         own = [m for m in made.fit.members if m.candidate.label not in made.held_back]
         others.append({m.candidate.label: values_of(m) for m in own})

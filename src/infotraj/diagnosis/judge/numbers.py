@@ -25,7 +25,7 @@ ORDINARY = 3.0  # standard deviations of this file's own errors: further off, a 
 OF_THRUST_OVER_MASS = frozenset({"mass_offset", "thrust_scale", "coaxial_loss"})  # names that say it
 OVER_MASS = "over mass, factor"  # how names end that tell it
 _OF_THRUST = ("inertia", "axes")  # kinds that are told beside a thrust, and in proportion to it
-_HALF = 0.5  # of the root mean square error
+_HALF = 0.5  # of the root mean square error; of what two numbers that are as likely differ by, from their mean
 _OF_PREDICTION = ("inertia", "axes", "rotors", "moment", "arms", "time", "clock")  # kinds that make it larger, or later
 _SEEN = 3.0  # standard errors by which a file number must be off to be told
 
@@ -116,50 +116,73 @@ def file_numbers(
     unsure: Mapping[str, str] | None = None,
     faint: Mapping[str, float] | None = None,
     own_error: AbstractSet[str] = frozenset(),
+    others: Sequence[Fit] = (),
 ) -> tuple[FileNumber, ...]:
     """The numbers of the vehicle file, its clocks and frames, that these flights show to be off.
 
     named: effects that are named. What is found and not named may be the file's as well: it is told here. unsure: why
     numbers of effects may be wrong; faint: axes of torque that the set hardly predicts, and the share that it does;
-    own_error: effects in the set that are what the file is off by.
+    own_error: effects in the set that are what the file is off by; others: fits with what stands in the place of names:
+    which of them holds is not known, and numbers are no surer than half of what they differ by (Draper 1995).
     """
     vehicle = made.linear.observation.vehicle
     if made.linear.observation.healthy is not None:
         return ()
+    made = out_of_line_freed(made, named)
     reasons, faint = unsure or {}, faint or {}
     inside = {x: reasons.get(x.split()[0], "") for x in made.labels}
     of_ratio = next((r for x, r in inside.items() if r and x in OF_THRUST_OVER_MASS), "")
     in_line = bool(OF_THRUST_OVER_MASS & own_error)
-    ratio = thrust_over_mass(made, named, faint=faint)
+    ratio = thrust_over_mass(made, named, faint=faint, others=others)
     out = [replace(n, doubt=of_ratio, ordinary=n.ordinary or in_line) for n in ratio]
     of_mass = _half_of_mass(made)
-    for c, theta, deviation, spike in _off(made, named):
+    elsewhere = [_as_in(x, made.linear.columns) for x in others]
+    for i, c, theta, deviation, spike in off(made, named):
         kind = c.candidate.cls.declared
         assert kind is not None  # a number of the file is declared
         name, declared, per = c.candidate.cls.in_the_file(vehicle, c.place, dict(c.candidate.fixed).get("rotor", 0))
         at = places(c.candidate, vehicle)[c.place]
         moved = at.value(at.absent + theta * c.scale)
-        error = abs(deviation * per * c.scale) * at.slope(moved)
+        apart = _HALF * max((abs(theta - x[i]) for x in elsewhere if x[i] != 0.0), default=0.0)
+        error = abs(np.hypot(deviation, apart) * per * c.scale) * at.slope(moved)
         value, unit = declared + per * (moved - at.absent), _unit(c.candidate, at.parameter, name)
         if kind.kind in _OF_THRUST:
             error = np.hypot(error, of_mass * abs(value))
-            if abs(value - declared) < _SEEN * error:
-                continue
-        ordinary, own = (
-            bool(abs(theta) < ORDINARY * spike) or c.candidate.name in own_error,
-            np.array([x is c for x in made.linear.columns], dtype=float),
-        )
-        takes, on = _most(_takes(made, own, faint)) if kind.alone else (0.0, ())
+        if abs(theta) < _SEEN * np.hypot(deviation, apart) or abs(value - declared) < _SEEN * error:
+            continue
+        ordinary = bool(abs(theta) < ORDINARY * spike) or c.candidate.name in own_error
+        own = np.eye(len(made.linear.columns))[i]
+        takes, on = _most(_takes(made, own, faint)) if kind.alone or not ordinary else (0.0, ())
         doubt = inside.get(c.candidate.label, "") or _told_by(made, c, own, faint)
         label = c.candidate.label
         out.append(FileNumber(name, declared, value, float(error), ordinary, unit, takes, doubt, label, on))
     return tuple(out)
 
 
+def out_of_line_freed(made: Fit, named: Container[str]) -> Fit:
+    """The fit with what is out of line with the file told as an effect is: no file's error holds it back, or is told in
+    its place. Thrust over mass, which is of several numbers, stays as it is."""
+    choices, linear = made.linear.choices, made.linear
+    out = {c.candidate.label for _, c, theta, _, spike in off(made, named) if abs(theta) >= ORDINARY * spike}
+    out -= {*made.labels, *OF_THRUST_OVER_MASS}
+    more = linear.labelled([x for x in dict.fromkeys(c.label for c in choices if np.isfinite(c.price)) if x in out])
+    if not more:
+        return made
+    chosen = (*made.chosen, *more)
+    return replace(made, chosen=chosen, solution=made.scorer.solution(chosen))
+
+
+def _as_in(other: Fit, columns: Sequence[Column]) -> Array:
+    """The numbers (p,) of these columns in another fit, usual sizes; 0 for what it has not."""
+    own = zip(other.linear.columns, other.solution.theta, strict=True)
+    has = {(c.candidate.label, c.place): float(x) for c, x in own}
+    return np.array([has.get((c.candidate.label, c.place), 0.0) for c in columns])
+
+
 def _half_of_mass(made: Fit) -> float:
     """Share of moments of inertia that is unsure: half of what thrust over mass is off by. They are told beside a
     thrust; if it is the mass they are as much larger (two models that are as likely; Draper 1995)."""
-    return max((0.5 * abs(float(np.log(n.value))) for n in thrust_over_mass(made, ())), default=0.0)
+    return max((_HALF * abs(float(np.log(n.value))) for n in thrust_over_mass(made, ())), default=0.0)
 
 
 def beside_what_stays(numbers: Sequence[FileNumber], stays: float, vehicle: Vehicle) -> tuple[FileNumber, ...]:
@@ -201,9 +224,9 @@ def labels_of_file(made: Fit) -> list[str]:
     return [x for x, declared in kinds.items() if declared is not None]
 
 
-def _off(made: Fit, named: Container[str]) -> Iterator[tuple[Column, float, float, float]]:
-    """File numbers that are sure not to be what the file says: column, number, its standard error and what this file is
-    off by, usual sizes."""
+def off(made: Fit, named: Container[str]) -> Iterator[tuple[int, Column, float, float, float]]:
+    """File numbers that are sure not to be what the file says: place, column, number, its standard error and what this
+    file is off by, usual sizes."""
     spike = made.linear.spike(made.scales)
     deviation, step = told_errors(made), made.linear.observation.command_step
     for i, c in enumerate(made.linear.columns):
@@ -212,7 +235,7 @@ def _off(made: Fit, named: Container[str]) -> Iterator[tuple[Column, float, floa
             deviation[i] = np.hypot(deviation[i], stamped(c.candidate, step) / abs(c.scale))
         inside = spike[i] <= 0 or c.candidate.name in named or deviation[i] <= 0
         if not inside and abs(theta) >= _SEEN * deviation[i]:
-            yield c, float(theta), float(deviation[i]), float(spike[i])
+            yield i, c, float(theta), float(deviation[i]), float(spike[i])
 
 
 def _most(takes: Mapping[str, float]) -> tuple[float, tuple[str, ...]]:
@@ -244,14 +267,18 @@ def _unit(candidate: Candidate, parameter: str, name: str) -> str:
 
 
 def thrust_over_mass(
-    made: Fit, named: Container[str] | None = None, scales: Scales | None = None, faint: Container[str] = ()
+    made: Fit,
+    named: Container[str] | None = None,
+    scales: Scales | None = None,
+    faint: Container[str] = (),
+    others: Sequence[Fit] = (),
 ) -> list[FileNumber]:
     """By which factor what pushes over the mass is off, where flights show it; none where a name says it.
 
     Accelerations tell the ratio, and hardly ever which of the two is off: each alone may be within its error.
     named: effects that are named, those of the fit where not given: what is in the fit and not named is told here.
     scales: how far the file is off, to judge it by; as it was found to be where not given. faint: axes that the model
-    hardly predicts.
+    hardly predicts; others: as `file_numbers` takes them.
     """
     linear = made.linear
     vehicle = linear.observation.vehicle
@@ -263,18 +290,18 @@ def thrust_over_mass(
     spike, covariance = linear.spike(scales or made.scales), overdispersion(made)[1]
     weight = np.zeros(len(linear.columns))
     rotors = [c.candidate.name == "rotor_effectiveness" and spike[i] > 0 for i, c in enumerate(linear.columns)]
-    others = [c.candidate.label not in made.labels or c.candidate.name not in said for c in linear.columns]
+    unsaid = [c.candidate.label not in made.labels or c.candidate.name not in said for c in linear.columns]
     # A rotor that is named has its thrust by that name: of the others no less is told.
     factors = {
         i: float(np.exp(made.solution.theta[i] * c.scale))
         for i, c in enumerate(linear.columns)
-        if rotors[i] and others[i]
+        if rotors[i] and unsaid[i]
     }
     if any(rotors) and not factors:
         return []
     for i, c in enumerate(linear.columns):
         name = c.candidate.name
-        if not others[i]:
+        if not unsaid[i]:
             continue
         if name == "thrust_scale" and name in inside:
             weight[i] = c.scale
@@ -285,7 +312,8 @@ def thrust_over_mass(
     # Coordinates are logarithms: a ratio is a sum.
     total = float(weight @ made.solution.theta)
     error = float(np.sqrt(weight @ covariance @ weight))
-    error = float(np.hypot(error, PULL)) if error > 0 else 0.0
+    apart = _HALF * max((abs(total - float(weight @ _as_in(x, linear.columns))) for x in others), default=0.0)
+    error = float(np.linalg.norm([error, PULL, apart])) if error > 0 else 0.0
     if error <= 0 or abs(total) < _SEEN * error:
         return []
     ordinary = abs(total) < ORDINARY * float(np.linalg.norm(weight * spike))

@@ -22,7 +22,6 @@ from infotraj.diagnosis.report.reasons import about_takes, axis_in_words, why
 from infotraj.diagnosis.report.vehicle_file import ONE_FINDING, by_ratio
 from infotraj.effects import Effect, labels_in_words
 from infotraj.importing import row_rate
-from infotraj.rotations import Array
 
 _SPARSE = 0.01  # s between commands: with more, a delay of half of it cannot be told
 _FAR = 3.0  # times the floor: an error that large, on an axis that is judged, is spoken of
@@ -142,26 +141,16 @@ def _over_floor(found: Diagnosis) -> dict[str, float]:
 
 
 def _mended_by_file(found: Diagnosis) -> dict[str, float]:
-    """Axes of whose error numbers of the file take most, beside what is named, with the share that goes.
+    """Axes of whose error numbers of the file take most, with the share that goes.
 
     A torque of which little goes with the prediction is none: a smaller prediction makes a smaller error.
     """
     if not found.beside or found.healthy is not None:
         return {}
-    goes = 1.0 - found.after.rmse / found.before.rmse * np.exp(_falls_by_name(found))
-    judged = [(a, float(x)) for a, x in zip(AXES, goes, strict=True) if a not in (*found.refused, *found.faint)]
+    judged = [
+        (a, float(x)) for a, x in zip(AXES, found.by_file, strict=True) if a not in (*found.refused, *found.faint)
+    ]
     return {a: share for a, share in judged if share > _MOST}
-
-
-def _falls_by_name(found: Diagnosis) -> Array:
-    """The logarithm by which what is named makes the error of each axis fx .. tz fall, (6,)."""
-    out = np.zeros(len(AXES))
-    for name in found.supported:
-        e = found.finding(name).evidence
-        for axis, fall in e.falls.items() if e is not None else ():
-            if (group := axis_group(axis)) is not None:
-                out[AXES.index(group)] += max(fall, 0.0)
-    return out
 
 
 def sentence(found: Diagnosis) -> str:

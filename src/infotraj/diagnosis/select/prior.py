@@ -30,7 +30,8 @@ STATE = 2.0  # nats of a number that is found for one flight: it is told to an e
 SCALES = (0.05, 0.3, 1.0, 3.0, 9.0)  # of all numbers of a file together, times what their effects say (`Declared`)
 KIND_SPREAD = 0.4  # standard deviation of the logarithm by which a kind's scale differs from the common one
 OF_THE_LOG = ("clock", "mount")
-_AS_EVER = (*OF_THE_LOG, "air", "axes")  # kinds that are no worse for what a file says of the vehicle
+IN_NO_FILE = ("air", "axes")  # kinds that files leave out
+_AS_EVER = (*OF_THE_LOG, *IN_NO_FILE)  # kinds that are no worse for what a file says of the vehicle
 STAMP = 0.1  # of the time between commands: their stamps are hardly more exact
 PULL = 0.0015  # of a mass, a thrust: gravity is 9.78 to 9.83 m/s^2 from place to place (WGS 84), evenly
 

@@ -34,7 +34,8 @@ def trusted(runs: Sequence[Path], changed: Path) -> str:
     )
     real = (
         "- Real flights with 2 mm and more cut off both tips of a propeller: that rotor was named in "
-        f"**{cut[0]} of {cut[1]}**, {in_group} of them in a group of names, and {wrong} wrong names came from {flights} changed and {healthy} healthy flights: "
+        f"**{cut[0]} of {cut[1]}**, {in_group} of them in a group of names, and {wrong} wrong names came from "
+        f"{flights} changed and {healthy} healthy flights: "
         "[docs/what_changed.md](docs/what_changed.md). More real flights: [docs/real_flights.md](docs/real_flights.md)."
     )
     return f"{simulated}\n{real}"
