@@ -86,6 +86,17 @@ def test_a_followed_point_is_usually_a_tenth_of_an_arm_away():
     assert SensorPlace.scale(QUAD, SensorPlace.parameters[0]) == pytest.approx(0.1 * ARM)
 
 
+def test_a_rotor_is_told_by_the_number_that_its_input_uses():
+    cls = effect_class("rotor_effectiveness")
+    k = QUAD.rotors[1].thrust_coefficient
+    assert cls.in_the_file(QUAD, 0, 1) == ("rotor_1.thrust_coefficient", k, k)
+    # A throttle's thrust is a polynomial: the coefficient says nothing of it, though the file may have one.
+    changed = {"input": "throttle", "thrust_polynomial": (0.0, 1.0, 2.0), "thrust_coefficient": k}
+    rotors = tuple(r.model_copy(update=changed) for r in QUAD.rotors)
+    told = cls.in_the_file(QUAD.model_copy(update={"rotors": rotors}), 0, 1)
+    assert told == ("rotor_1.thrust, factor", 1.0, 1.0)
+
+
 def test_a_file_says_of_which_number_an_effect_is():
     vehicle = QUAD.model_copy(update={"center_of_mass": (0.1, 0.2, 0.3), "measured_at": (0.4, 0.5, 0.6)})
     for i in range(3):
