@@ -355,20 +355,21 @@ def test_a_number_is_no_surer_than_half_of_what_it_is_beside_other_names(monkeyp
 
 def test_a_number_that_is_out_of_line_is_told_as_an_effect_is():
     """Half a usual size of a centre of mass beside a file that is right to 1 %, a twentieth: the prior holds a part
-    of it back, and gives some to a rotor, of which data say nearly the same. Thrust over mass is of several numbers."""
+    of it back, and gives some to a rotor, of which data say nearly the same. Thrust over mass is of several numbers,
+    and a model is not linear in times."""
 
     def rows(rng, _):
-        x = rng.standard_normal((ROWS, 4))
+        x = rng.standard_normal((ROWS, 5))
         x[:, 2] = 0.15 * x[:, 1]
-        x[:, 0] = 0.5 * x[:, 1] + 0.5 * x[:, 3]
+        x[:, 0] = 0.5 * x[:, 1] + 0.5 * x[:, 3] + 2.0 * x[:, 4]
         return x
 
-    _, whole = linear_fit(["com_offset", "rotor_effectiveness 0", "mass_offset"], rows, [])
+    _, whole = linear_fit(["com_offset", "rotor_effectiveness 0", "mass_offset", "actuation_delay"], rows, [])
     scales = Scales(1.0)
     held = replace(whole, scales=scales, solution=whole.linear.scorer(scales).solution(()))
     freed = numbers.out_of_line_freed(held, ())
     assert held.solution.theta[0] < 0.47
     assert freed.labels == ("com_offset",)
     assert freed.solution.theta[:2] == pytest.approx([0.5, 0.0], abs=0.01)
-    assert freed.solution.theta[2] == pytest.approx(held.solution.theta[2], abs=0.01)
+    assert freed.solution.theta[2:] == pytest.approx(held.solution.theta[2:], abs=0.01)
     assert numbers.out_of_line_freed(held, {"com_offset"}) is held

@@ -17,7 +17,7 @@ from infotraj.diagnosis.linear.candidates import Candidate, places, slopes
 from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.select.around import Column
 from infotraj.diagnosis.select.fit import Fit
-from infotraj.diagnosis.select.prior import PULL, SCALES, Scales, stamped
+from infotraj.diagnosis.select.prior import PULL, SCALES, TIMES, Scales, stamped
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
@@ -161,9 +161,11 @@ def file_numbers(
 
 def out_of_line_freed(made: Fit, named: Container[str]) -> Fit:
     """The fit with what is out of line with the file told as an effect is: no file's error holds it back, or is told in
-    its place. Thrust over mass, which is of several numbers, stays as it is."""
+    its place. Thrust over mass, which is of several numbers, stays as it is, and so do times: where they would be then
+    the model is not linear in them."""
     choices, linear = made.linear.choices, made.linear
-    out = {c.candidate.label for _, c, theta, _, spike in off(made, named) if abs(theta) >= ORDINARY * spike}
+    far = [c.candidate for _, c, theta, _, spike in off(made, named) if abs(theta) >= ORDINARY * spike]
+    out = {c.label for c in far if c.cls.declared is not None and c.cls.declared.kind not in TIMES}
     out -= {*made.labels, *OF_THRUST_OVER_MASS}
     more = linear.labelled([x for x in dict.fromkeys(c.label for c in choices if np.isfinite(c.price)) if x in out])
     if not more:

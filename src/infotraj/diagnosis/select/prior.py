@@ -32,6 +32,7 @@ KIND_SPREAD = 0.4  # standard deviation of the logarithm by which a kind's scale
 OF_THE_LOG = ("clock", "mount")
 IN_NO_FILE = ("air", "axes")  # kinds that files leave out
 _AS_EVER = (*OF_THE_LOG, *IN_NO_FILE)  # kinds that are no worse for what a file says of the vehicle
+TIMES = ("time", "clock")
 STAMP = 0.1  # of the time between commands: their stamps are hardly more exact
 PULL = 0.0015  # of a mass, a thrust: gravity is 9.78 to 9.83 m/s^2 from place to place (WGS 84), evenly
 
@@ -86,7 +87,7 @@ def spikes(owners: Sequence[tuple[Candidate, float]], scales: Scales, command_st
 def stamped(candidate: Candidate, command_step: float) -> float:
     """How exactly stamps tell a candidate's times, s; 0 where its numbers are none."""
     declared = candidate.cls.declared
-    return STAMP * command_step if declared is not None and declared.kind in ("time", "clock") else 0.0
+    return STAMP * command_step if declared is not None and declared.kind in TIMES else 0.0
 
 
 def file_only(vehicle: Vehicle, known: Sequence[Candidate], flights: Sequence[Flight]) -> list[Candidate]:
