@@ -62,7 +62,7 @@ def test_a_number_of_the_file_is_told_in_its_unit_with_its_error(monkeypatch):
     grown = VEHICLE.mass * np.exp(5.0 * 0.05)
     assert (mass.name, mass.declared, mass.unit) == ("mass", VEHICLE.mass, "kg")
     assert mass.value == pytest.approx(grown)
-    assert mass.standard_error == pytest.approx(0.05 * 0.05 * grown)
+    assert mass.standard_error == pytest.approx(np.hypot(0.05 * 0.05 * grown, 0.0015 * VEHICLE.mass))
     k = VEHICLE.rotors[2].thrust_coefficient
     assert rotor.name == "rotor_2.thrust_coefficient"
     assert rotor.value == pytest.approx(k * np.exp(-1.2 * 0.15))
@@ -373,3 +373,9 @@ def test_a_number_that_is_out_of_line_is_told_as_an_effect_is():
     assert freed.solution.theta[:2] == pytest.approx([0.5, 0.0], abs=0.01)
     assert freed.solution.theta[2:] == pytest.approx(held.solution.theta[2:], abs=0.01)
     assert numbers.out_of_line_freed(held, {"com_offset"}) is held
+    # Beside what stands for a name it is freed as well: what was held back of it there is no doubt.
+    alone, beside = ({n.name: n for n in file_numbers(held, (), others=x)} for x in ((), (held,)))
+    assert beside == alone
+    assert alone["center_of_mass.x"].value == pytest.approx(
+        0.5 * places(candidate("com_offset"), VEHICLE)[0].scale, rel=0.02
+    )

@@ -69,6 +69,11 @@ def test_thrust_over_mass_and_its_parts_are_one_finding(file):
     assert said == [(file[1].name, False), *parts, ("inertia.xx", False)]
     # A mass that is off by itself is a finding of its own.
     assert [part for _, part in by_ratio([file[0], file[3]])] == [False, False]
+    # So is a rotor that is out of line where the ratio is not, whatever its input is told by.
+    lone = replace(file[2], name="rotor_3.thrust, factor", ordinary=False)
+    assert by_ratio([file[1], lone]) == [(file[1], False), (lone, False)]
+    assert by_ratio([file[1], replace(lone, ordinary=True)])[1][1]
+    assert by_ratio([replace(file[1], ordinary=False), lone])[1][1]
 
 
 def test_the_page_puts_the_parts_of_the_ratio_under_it(file, quad_report):

@@ -11,7 +11,7 @@ from infotraj.experiment.hidden.trusted import BEGIN, END, trusted, write_number
 TOP = Path(__file__).parents[2]
 TABLE = """| logs | what was done | of the flights | answered |
 | --- | --- | --- | --- |
-| a | cut_propeller_M3_2mm_2mm_43mm | 2 right, 1 nothing | x |
+| a | cut_propeller_M3_2mm_2mm_43mm | 2 right, 1 wrong | rotor 3 / rotor 3 / wind or steady_force |
 | a | cut_propeller_M3_1mm_46mm | 2 nothing, 1 wrong | x |
 | b | cut_propeller_M3_4mm_4mm_39mm | 3 right | rotor 3 or steady_torque / rotor 3 / rotor 3 or wind |
 | b | normal_flight | 5 nothing | x |
@@ -42,7 +42,7 @@ def test_runs_and_flights_are_counted(tmp_path):
     assert "named right in **2 of 3** runs (beside 3 %: 1 of 2)" in text
     assert "with nothing hidden **1 of 2** gave a wrong name" in text
     assert "**1 of 1** right" in text
-    assert "named in **5 of 6**, 2 of them in a group of names, and 1 wrong names" in text
+    assert "named in **5 of 6**, 2 of them in a group of names, and 2 wrong names" in text
     assert "from 9 changed and 5 healthy flights" in text
 
 

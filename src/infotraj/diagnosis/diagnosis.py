@@ -286,7 +286,10 @@ def _by_file(
         found = [before if parts[1] else after, before if parts[0] else after]
     else:
         held = [m for m in added if m.held]
-        found = [refusal.errors(o.model([*held, *part]), flights, start, stop) for part in parts]
+        try:
+            found = [refusal.errors(o.model([*held, *part]), flights, start, stop) for part in parts]
+        except InputError:  # half of a model may be no body
+            return _unknown()
     alone, without = (x.rmse for x in found)
     return share_taken(before.rmse, alone, without, after.rmse)
 

@@ -144,10 +144,12 @@ def _decided(asked: Asked, whole: Fit) -> tuple[tuple[Finding, ...], Fit, Given,
         own = {} if lost else in_line(findings, told, stand)
         rest = [x for x in told.labels if x not in ended or x.split()[0] not in confident]
         if not lost and not own and len(rest) == len(told.labels):
-            findings = _with_held_back(findings, made.held_back | _still(told))
             findings, made = with_ratio(findings, told, made, asked.rng)
-            findings, told, made = with_out_of_line(search, findings, told, made, asked.rng)
-            others = _others(findings, stand)
+            before = told
+            findings, told, made = with_out_of_line(search, findings, told, made, asked.rng, why, asked.faint)
+            findings = _with_held_back(findings, made.held_back | _still(told))
+            # What stood for a group did so without what is named last.
+            others = _others(findings, stand) if told is before else ()
             return _with_apart(findings, made, others), told, made, others
         why |= lost | own
         impossible |= lost.keys() & {x.split()[0] for x in at_bound.keys() - made.lost.keys()}

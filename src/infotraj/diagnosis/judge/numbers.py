@@ -128,7 +128,8 @@ def file_numbers(
     vehicle = made.linear.observation.vehicle
     if made.linear.observation.healthy is not None:
         return ()
-    made = out_of_line_freed(made, named)
+    bound, made = made.labels, out_of_line_freed(made, named)
+    others = [_freed(x, [label for label in made.labels if label not in bound]) for x in others]
     reasons, faint = unsure or {}, faint or {}
     inside = {x: reasons.get(x.split()[0], "") for x in made.labels}
     of_ratio = next((r for x, r in inside.items() if r and x in OF_THRUST_OVER_MASS), "")
@@ -146,6 +147,8 @@ def file_numbers(
         apart = _HALF * max((abs(theta - x[i]) for x in elsewhere if x[i] != 0.0), default=0.0)
         error = abs(np.hypot(deviation, apart) * per * c.scale) * at.slope(moved)
         value, unit = declared + per * (moved - at.absent), _unit(c.candidate, at.parameter, name)
+        if kind.kind == "mass":
+            error = np.hypot(error, PULL * declared)
         if kind.kind in _OF_THRUST:
             error = np.hypot(error, of_mass * abs(value))
         if abs(theta) < _SEEN * np.hypot(deviation, apart) or abs(value - declared) < _SEEN * error:
@@ -168,6 +171,13 @@ def out_of_line_freed(made: Fit, named: Container[str]) -> Fit:
     out = {c.label for c in far if c.cls.declared is not None and c.cls.declared.kind not in TIMES}
     out -= {*made.labels, *OF_THRUST_OVER_MASS}
     more = linear.labelled([x for x in dict.fromkeys(c.label for c in choices if np.isfinite(c.price)) if x in out])
+    return _freed(made, [choices[i].label for i in more])
+
+
+def _freed(made: Fit, labels: Sequence[str]) -> Fit:
+    """The fit with these effects in its set as well."""
+    has = {c.label for c in made.linear.choices} - {*made.labels}
+    more = made.linear.labelled([x for x in labels if x in has]) if labels else ()
     if not more:
         return made
     chosen = (*made.chosen, *more)
@@ -331,7 +341,8 @@ def _summed(factors: Mapping[int, float], vehicle: Vehicle, columns: Sequence[Co
     if not factors:
         return 1.0
     rotors = [vehicle.rotors[dict(columns[i].candidate.fixed)["rotor"]] for i in factors]
-    each = [r.thrust_coefficient or sum(r.thrust_polynomial or (1.0,)) for r in rotors]
+    coefficients = [r.thrust_coefficient if r.input == "speed" else sum(r.thrust_polynomial or (1.0,)) for r in rotors]
+    each = [k or 1.0 for k in coefficients]
     own = np.array(list(factors.values()))
     return float(np.average(own, weights=each) / np.exp(np.mean(np.log(own))))
 

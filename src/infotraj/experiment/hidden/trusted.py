@@ -63,7 +63,7 @@ def _changes(lines: Iterable[str]) -> tuple[tuple[int, int], int, int, int, int]
             changed += total
         if _CUT.match(cells[1]):
             right, all_cut = right + counts.get("right", 0), all_cut + total
-            grouped += sum(" or " in answer for answer in cells[3].split(" / "))
+            grouped += sum(" or " in answer and "rotor" in answer for answer in cells[3].split(" / "))
     return (right, all_cut), grouped, wrong, changed, healthy
 
 
