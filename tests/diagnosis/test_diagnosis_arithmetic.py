@@ -65,7 +65,7 @@ def candidate(label):
 def test_a_vehicle_that_is_heavier_than_its_file_has_less_thrust_over_mass_and_stronger_rotors_have_more(monkeypatch):
     names = ["mass_offset", "rotor_effectiveness 0", "rotor_effectiveness 1"]
     columns = [SimpleNamespace(candidate=candidate(x), scale=s) for x, s in zip(names, (0.08, 1.0, 1.0), strict=True)]
-    rotors = [SimpleNamespace(thrust_coefficient=k, thrust_polynomial=None) for k in (1.0e-6, 3.0e-6)]
+    rotors = [SimpleNamespace(input="speed", thrust_coefficient=k, thrust_polynomial=None) for k in (1.0e-6, 3.0e-6)]
     vehicle = SimpleNamespace(mass=0.8, rotors=rotors, drive=OF_ROTORS)
     linear = SimpleNamespace(
         columns=columns, observation=SimpleNamespace(vehicle=vehicle), spike=lambda scales: np.full(3, 0.01)
