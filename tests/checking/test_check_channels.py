@@ -301,3 +301,30 @@ def test_a_command_that_was_never_logged_is_left_out_and_nothing_is_predicted_th
     assert np.isnan(cleaned(spoiled, check).get("cmd_rotor_2")[lost, 0]).mean() > 0.95
     assert np.isfinite(cleaned(spoiled, check).get("cmd_rotor_1")).all()
     assert not [f for f in examine(flight).findings if f.code == "dead_column"]
+
+
+def flown_with(rotors):
+    """A flight whose rotors' commands are `rotors` (number: value) from 3.0 to 3.8 s, and these rows."""
+    table = fast_flyer.fly(QUADROTOR, 8.0, 6)
+    lost = ((table["t"] >= 3.0) & (table["t"] < 3.8)).to_numpy()
+    for k, value in rotors.items():
+        table.loc[lost, f"cmd_rotor_{k}"] = value
+    return Flight(table), lost
+
+
+def test_a_rotor_that_a_mixer_without_room_cuts_off_is_commanded_so():
+    """A command of zero is lost where the others go on as ever, and true where one of them is full meanwhile."""
+    vehicle = load_vehicle(QUADROTOR)
+    flight, _ = flown_with({2: 0.0})
+    full = 1.01 * flight.get(*MOTORS).max()
+    assert found(examine(flight, vehicle), "dead_column").channels == ("cmd_rotor_2",)
+    codes = [f.code for f in examine(flown_with({2: 0.0, 0: full})[0], vehicle).findings]
+    assert "dead_column" not in codes
+
+
+def test_nothing_is_predicted_where_one_rotor_has_had_no_command_for_long():
+    flight, lost = flown_with({2: np.nan})
+    covered = Model(load_vehicle(QUADROTOR)).predict(flight).covered
+    stale = lost & (flight.t > 3.0 + 0.3)
+    assert not covered[stale].any()
+    assert covered[~lost & (flight.t < 7.9)].mean() > 0.98

@@ -279,11 +279,11 @@ class Model:
             if not commanded:
                 good &= _between_samples(t - law.late + law.telemetry, samples)
                 continue
-            usual = np.median(np.diff(samples.times)) if len(samples.times) > 1 else np.inf
             given = t - law.delay - law.late
-            latest = np.clip(np.searchsorted(samples.times, given, side="right") - 1, 0, None)
-            age = given - samples.times[latest]
-            good &= age <= max(_STALE * usual, _STALE_AT_LEAST)
+            for times in samples.given:
+                usual = np.median(np.diff(times)) if len(times) > 1 else np.inf
+                latest = np.clip(np.searchsorted(times, given, side="right") - 1, 0, None)
+                good &= given - times[latest] <= max(_STALE * usual, _STALE_AT_LEAST)
         for moved in (r.attitude, r.velocity, r.rate):
             if moved is not None:
                 good &= _between_samples(t, moved)

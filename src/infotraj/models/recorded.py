@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -34,11 +34,15 @@ _GAP = 4.0  # usual steps between commands; over a longer one they are held
 
 @dataclass(frozen=True)
 class Samples:
-    """Samples (m, c) of a channel at `times` (m,) s; `derived` where they were computed from another channel."""
+    """Samples (m, c) of a channel at `times` (m,) s; `derived` where they were computed from another channel.
+
+    given: of commands, times (s) at which each channel has a number of its own: between them its last one is held.
+    """
 
     times: Array
     values: Array
     derived: bool = False
+    given: tuple[Array, ...] = ()
 
     @cached_property
     def usual(self) -> float:
@@ -136,7 +140,8 @@ def _commanded(flight: Flight, columns: list[str], steps: int) -> Samples:
     values = flight.table[columns]
     any_number = values.notna().any(axis=1).to_numpy()
     held = values.ffill().bfill().to_numpy(dtype=float)
-    return _in_steps(Samples(flight.t[any_number], held[any_number]), steps)
+    made = _in_steps(Samples(flight.t[any_number], held[any_number]), steps)
+    return replace(made, given=tuple(flight.t[x] for x in values.notna().to_numpy().T))
 
 
 def _tilts(vehicle: Vehicle, flight: Flight, steps: int) -> tuple[Samples, bool]:
