@@ -46,6 +46,7 @@ def linear_fit(
     sums = given_sums(gram, np.full((len(axes), BLOCKS), float(ROWS)), axes)
     columns = tuple(Column(c, 0, places(c, VEHICLE)[0].scale, 0.0, -np.inf, np.inf) for c in candidates)
     observation: Any = SimpleNamespace(  # as much of an Observation as a search reads; no flight is weighed
+        samples=(),
         vehicle=VEHICLE,
         command_step=0.005,
         healthy=None,

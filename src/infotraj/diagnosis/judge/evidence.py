@@ -18,6 +18,7 @@ from infotraj.rotations import Array
 
 RESAMPLES = 1000
 _OPEN = 8  # of the other effects of a set any may be absent: with twelve sixteen times as many sets say the same
+_FEW_FLIGHTS = 3  # and more say what flights differ by
 _LEAST = 1e-3  # of the squared error that is left on an axis: what moves it by less does not act there
 
 
@@ -300,3 +301,23 @@ def form_error(whole: Fit, mine: Sequence[int], theta: Array) -> float:
     spread = weight @ (scale - mean) ** 2 - (told.sum() - 1)
     variance = spread / max(weight.sum() - weight @ weight / weight.sum(), 1e-300)
     return float(np.sqrt(max(variance, 0.0)) / max(abs(mean), 1e-12))
+
+
+def between_flights(whole: Fit) -> Array:
+    """Standard errors (p,), usual sizes, by which flights differ in what each says of a number; 0 of one or two.
+
+    The sandwich of `overdispersion` with flights for blocks. What belongs to a flight (a clock, the level and the
+    heading of its estimator, a bias) differs from one to the next, and its blocks all say what their flight does.
+    """
+    sums = whole.linear.absent
+    flights = np.unique(sums.flight)
+    out = np.zeros(sums.width)
+    if len(flights) < _FEW_FLIGHTS:
+        return out
+    free, inverse = whole.scorer.covariance(whole.chosen)
+    gram = np.stack([sums.gram.sum(axis=0)[sums.flight == f].sum(axis=0) for f in flights])
+    score = (gram[:, 0, 1:] - gram[:, 1:, 1:] @ whole.solution.theta)[:, free]
+    score = score - score.mean(axis=0)
+    along = score @ inverse
+    out[free] = np.sqrt(np.sum(along**2, axis=0) * len(flights) / (len(flights) - 1))
+    return out

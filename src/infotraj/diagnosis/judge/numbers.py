@@ -12,12 +12,13 @@ import numpy as np
 
 from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.judge.anchor import told_errors
-from infotraj.diagnosis.judge.evidence import moving, overdispersion
+from infotraj.diagnosis.judge.evidence import between_flights, moving, overdispersion
 from infotraj.diagnosis.linear.candidates import Candidate, places, slopes
 from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.select.around import Column
 from infotraj.diagnosis.select.fit import Fit
 from infotraj.diagnosis.select.prior import PULL, SCALES, TIMES, Scales, stamped
+from infotraj.diagnosis.select.reading import unread
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
@@ -80,7 +81,8 @@ def fitted_numbers(made: Fit, told: Fit | None = None) -> list[dict[str, Any]]:
         for i, c in enumerate(made.linear.columns):
             if c.candidate.label == m.candidate.label and deviation[i] > 0:
                 told_to = deviation[i] * abs(c.scale) * slope[c.place]
-                values[c.place] = np.hypot(told_to, stamped(c.candidate, step) + _pulled(m, made))
+                late = unread(c.candidate, made.linear.observation) if step else 0.0
+                values[c.place] = np.linalg.norm([told_to, stamped(c.candidate, step) + _pulled(m, made), late])
         out.append(by_parameter(m, values))
     return out
 
@@ -241,10 +243,12 @@ def off(made: Fit, named: Container[str]) -> Iterator[tuple[int, Column, float, 
     file is off by, usual sizes."""
     spike = made.linear.spike(made.scales)
     deviation, step = told_errors(made), made.linear.observation.command_step
+    of_flight = between_flights(made)
     for i, c in enumerate(made.linear.columns):
         theta = made.solution.theta[i]
         if deviation[i] > 0.0:
             deviation[i] = np.hypot(deviation[i], stamped(c.candidate, step) / abs(c.scale))
+            deviation[i] = max(deviation[i], of_flight[i])
         inside = spike[i] <= 0 or c.candidate.name in named or deviation[i] <= 0
         if not inside and abs(theta) >= _SEEN * deviation[i]:
             yield i, c, float(theta), float(deviation[i]), float(spike[i])

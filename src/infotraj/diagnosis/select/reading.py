@@ -23,7 +23,7 @@ from infotraj.flight import Flight, stepped
 from infotraj.sparse_commands import COMMAND_STEPS
 from infotraj.vehicle import Vehicle
 
-_SPARSE = 0.0075  # s between rows with commands: a controller of more than 133 Hz is usual
+SPARSE = 0.0045  # s between rows with commands: a controller of more than 222 Hz is usual
 _COUNTS = (2, 4)
 _LATE = "actuation_delay"
 
@@ -31,7 +31,18 @@ _LATE = "actuation_delay"
 def sparse(flight: Flight, vehicle: Vehicle) -> bool:
     """Whether a controller may have made more commands than the flight holds; where it says how many, it is known."""
     known = COMMAND_STEPS in flight.meta or not flight.has(*command_columns(vehicle))
-    return not known and command_step(flight, vehicle) > _SPARSE
+    return not known and command_step(flight, vehicle) > SPARSE
+
+
+def unread(candidate: Candidate, observation: Observation) -> float:
+    """By how much a delay (s) is unsure because commands may have run on between the rows of a log; 0 for any other.
+
+    Held, or in the most steps of `_COUNTS`, they are later or sooner by the mean of what lies between: two readings
+    that are as likely are half of their difference from their mean (Draper 1995).
+    """
+    if candidate.name != _LATE or not any(sparse(s.flight, observation.vehicle) for s in observation.samples):
+        return 0.0
+    return 0.25 * (1.0 - 1.0 / max(_COUNTS)) * observation.command_step
 
 
 def as_commanded(observation: Observation, held: Sequence[Member], known: Sequence[Candidate]) -> Linear:
