@@ -1,5 +1,6 @@
 """What an answer says of errors, files and commands, and how errors of held-out stretches are told."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -16,11 +17,13 @@ from infotraj.diagnosis.report.parts import parts
 from infotraj.diagnosis.report.reasons import why
 from infotraj.diagnosis.report.steps import HeldOut
 from infotraj.diagnosis.report.summary import as_dict, as_text, sentence, stays
+from infotraj.effects.registry import effect_class
 from infotraj.flight import Flight
 from infotraj.suggested import again
 
 ONES = np.ones(6)
 HEALTHY = SimpleNamespace(flights=())
+KNOWN = [SimpleNamespace(name=name, cls=effect_class(name)) for name in ("linear_drag", "time_offset", "gyro_bias")]
 
 
 def evidence_of(rise):
@@ -57,7 +60,7 @@ def answer(**changed):
         accepted=[],
         at_bound={},
         command_steps=1,
-        search=SimpleNamespace(observation=observation),
+        search=SimpleNamespace(observation=observation, known=KNOWN),
         samples=(),
     )
     made.finding = lambda name: next(f for f in made.findings if f.name == name)
@@ -104,6 +107,44 @@ def test_the_sentence_names_effects_with_those_that_they_cannot_be_told_from():
     assert sentence(made) == ("Missing: mass_offset (or thrust_scale: not separable on these flights), linear_drag.")
     assert sentence(answer()) == "No missing effect is supported."
     assert sentence(answer(judged=False, refused={"fx": "it hovers"})).endswith("missing: it hovers.")
+
+
+def test_what_is_of_the_log_is_told_apart_from_what_the_vehicle_lacks():
+    names = ("linear_drag", "time_offset", "gyro_bias")
+    made = answer(findings=[found(x) for x in names], supported=names)
+    assert sentence(made) == "Missing: linear_drag; in its log: time_offset, gyro_bias."
+    made = answer(findings=[found("time_offset")], supported=("time_offset",))
+    assert sentence(made) == "No missing effect of the vehicle is supported; in its log: time_offset."
+
+
+def test_every_rotor_that_is_named_stands_in_the_table_and_in_the_sentence():
+    rotors = ({"rotor": 1, "factor": 1.062}, {"rotor": 2, "factor": 1.061})
+    of_two = replace(found("rotor_effectiveness"), parameters=rotors[0], instances=rotors)
+    made = answer(findings=[of_two], supported=("rotor_effectiveness",))
+    assert "\n                    and rotor=2 factor=1.061\n" in as_text(made)
+    assert "and rotor" not in as_text(answer(findings=[replace(of_two, verdict="Not needed")]))
+    assert sentence(made) == "Missing: rotor_effectiveness (1 2)."
+
+
+def test_a_number_of_the_file_is_not_called_unneeded_beside_its_line():
+    weak = FileNumber("rotor_2.thrust, factor", 1.0, 0.88, 0.01, False, label="rotor_effectiveness 2")
+    made = answer(findings=[found("rotor_effectiveness", "Not needed"), found("wind", "Not needed")], file=(weak,))
+    text = as_text(made)
+    assert "Numbers of your vehicle file, below: rotor_effectiveness\nNot needed: wind\n" in text
+    assert "Not needed: rotor_effectiveness, wind" in as_text(answer(findings=made.findings, file=()))
+
+
+def test_noise_of_measured_rotors_may_be_what_stays():
+    after = SimpleNamespace(rmse=0.9 * ONES, floor=0.08 * ONES)
+
+    def said(commanded):
+        flight = Flight(pd.DataFrame({"t": [0.0, 1.0]}), {})
+        recorded = SimpleNamespace(rotor_commanded=commanded)
+        one = SimpleNamespace(flight=flight, prepared=SimpleNamespace(recorded=recorded))
+        return as_text(answer(after=after, samples=(one,)))
+
+    assert "stay on tx: noise of the measured rotors, the file's own errors, or what has no name" in said(False)
+    assert "stay on tx: the file's own errors, or what has no name" in said(True)
 
 
 def test_what_numbers_of_the_file_alone_take_off_is_said_where_it_is_more_than_half():

@@ -1,4 +1,4 @@
-"""Rotors at full throttle: what they give is less than their command says, and a change of them is told too small."""
+"""Rotors at full throttle: they may give less than their command says, and a change of them is then told too small."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def saturated(flights: Sequence[Flight], vehicle: Vehicle) -> list[Doubt]:
             "rotor_saturated",
             name,
             (),
-            f"{name} is at full throttle in {100 * often:.0f} % of a flight: it gives less than its command says",
+            f"{name} is at full throttle in {100 * often:.0f} % of a flight: it may give less than its command says",
             refuses=False,
         )
         for name, often in share.items()

@@ -20,10 +20,10 @@ from infotraj.diagnosis.linear.change import Change
 from infotraj.diagnosis.report.added_load import added_load
 from infotraj.diagnosis.report.reasons import about_takes, axis_in_words, why
 from infotraj.diagnosis.report.vehicle_file import ONE_FINDING, by_ratio
+from infotraj.diagnosis.select.reading import SPARSE
 from infotraj.effects import Effect, labels_in_words
 from infotraj.importing import row_rate
 
-_SPARSE = 0.01  # s between commands: with more, a delay of half of it cannot be told
 _FAR = 3.0  # times the floor: an error that large, on an axis that is judged, is spoken of
 _MOST = 0.5  # of an axis' error: where numbers of the file take as much, the answer says so first
 _FIRST = 3  # numbers of the file, or axes, that the sentence tells, those that take or leave most
@@ -161,12 +161,10 @@ def sentence(found: Diagnosis) -> str:
         others = [n for n in f.group if n != name]
         apart = [f"or {' or '.join(others)}: not separable on these flights"] if others else []
         said = [*([_changed(found, f)] if found.healthy is not None else []), *apart]
-        parts.append(name + (f" ({'; '.join(x for x in said if x)})" if any(said) else ""))
+        every = f" ({' '.join(str(v['rotor']) for v in f.instances)})" if len(f.instances) > 1 and not said else ""
+        parts.append(name + every + (f" ({'; '.join(x for x in said if x)})" if any(said) else ""))
     unnamed = unnamed_change(found)
-    if found.healthy is not None:
-        first = _changed_or_not(found, parts, unnamed)
-    else:
-        first = f"Missing: {', '.join(parts)}" if parts else "No missing effect is supported"
+    first = _missing(found, parts) if found.healthy is None else _changed_or_not(found, parts, unnamed)
     if not found.judged:
         first = f"These data cannot say which effect is missing: {next(iter(found.refused.values()))}"
     elif found.refused:
@@ -194,6 +192,15 @@ def sentence(found: Diagnosis) -> str:
         first += f"; a large error is left on {_largest(found, unpredicted)} that neither an effect of the catalogue "
         first += "nor the motion explains"
     return first + "."
+
+
+def _missing(found: Diagnosis, parts: Sequence[str]) -> str:
+    """What the model lacks of the vehicle, and apart from it what is of the log: its clocks, its sensors' constants."""
+    of_log = {c.name for c in found.search.known if c.cls.place == "measurement"} if parts else set()
+    vehicle = [p for name, p in zip(found.supported, parts, strict=True) if name not in of_log]
+    log = [p for name, p in zip(found.supported, parts, strict=True) if name in of_log]
+    none = f"No missing effect{' of the vehicle' if log else ''} is supported"
+    return (f"Missing: {', '.join(vehicle)}" if vehicle else none) + (f"; in its log: {', '.join(log)}" if log else "")
 
 
 def _changed_or_not(found: Diagnosis, parts: Sequence[str], unnamed: Mapping[str, float]) -> str:
@@ -248,11 +255,18 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
             now = [f"{k}={_short(v)}" for k, v in f.parameters.items() if k in usual["parameters"]]
             lines.append(f"{'':<20}now {' '.join(now)}; healthy {' '.join(said)}")
             lines += [f"{'':<20}changed: {_change(c)}" for c in found.changes(f)]
+        if not quiet and usual is None:
+            others = (values for values in f.instances if values != f.parameters)
+            lines += [f"{'':<20}and {' '.join(f'{k}={_short(v)}' for k, v in values.items())}" for values in others]
         if f.reason:
             lines.append(f"{'':<20}{f.reason}")
     if not verbose:
+        of_file = {n.label.split()[0] for n in found.file if n.label and not n.doubt}
+        below = [f.name for f in rows if f.verdict == "Not needed" and f.name in of_file]
+        if below:
+            lines.append(f"Numbers of your vehicle file, below: {', '.join(below)}")
         for verdict in ("Not needed", "Not testable here"):
-            names = [f.name for f in rows if f.verdict == verdict]
+            names = [f.name for f in rows if f.verdict == verdict and f.name not in below]
             if names:
                 lines.append(f"{verdict}: {', '.join(names)}")
     shown = [f for f in rows if verbose or f.verdict not in ("Not needed", "Not testable here")]
@@ -299,7 +313,10 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
     explained = {s.axis for s in found.unexplained.axes}
     # Healthy flights have the file's own errors, too.
     cause = "what has no name" if found.healthy is not None else "the file's own errors, or what has no name"
-    for axis, error in stays(found).items():
+    left = stays(found)
+    if left and not all(s.prepared.recorded.rotor_commanded for s in found.samples):
+        cause = f"noise of the measured rotors, {cause}"
+    for axis, error in left.items():
         if axis not in explained and "v" + axis[1] not in explained:
             unit_of = unit[axis[0]]
             before = float(found.usual[AXES.index(axis)])
@@ -323,8 +340,8 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
     balance = sorted(found.search.observation.balance) if found.healthy is not None else []
     if balance:
         lines.append(f"{', '.join(balance)}: held against the healthy flights by the balance over seconds alone")
-    if found.command_steps > 1 or every > _SPARSE:
-        lines.append(f"a delay below {500 * every:.0f} ms cannot be told from how commands ran between their rows")
+    if found.command_steps > 1 or every > SPARSE:
+        lines.append(f"a delay below {500 * every:.2g} ms cannot be told from how commands ran between their rows")
     lines += [f"not judged: {axis} ({reason})" for axis, reason in found.refused.items()] if found.judged else []
     lines += [f"warning: {d.reason}" for d in found.doubts if not d.refuses]
     lines += [f"at a bound: {label}: {how}" for label, how in found.at_bound.items()]
