@@ -315,11 +315,18 @@ def flown_with(rotors):
 def test_a_rotor_that_a_mixer_without_room_cuts_off_is_commanded_so():
     """A command of zero is lost where the others go on as ever, and true where one of them is full meanwhile."""
     vehicle = load_vehicle(QUADROTOR)
-    flight, _ = flown_with({2: 0.0})
-    full = 1.01 * flight.get(*MOTORS).max()
-    assert found(examine(flight, vehicle), "dead_column").channels == ("cmd_rotor_2",)
-    codes = [f.code for f in examine(flown_with({2: 0.0, 0: full})[0], vehicle).findings]
-    assert "dead_column" not in codes
+
+    def dead(rotors):
+        check = examine(flown_with(rotors)[0], vehicle)
+        return {c for f in check.findings if f.code == "dead_column" for c in f.channels}
+
+    full = 1.01 * flown_with({})[0].get(*MOTORS).max()
+    assert dead({2: 0.0}) == {"cmd_rotor_2"}
+    assert dead({2: 0.0, 0: full}) == set()
+    # Full for a moment is no reason.
+    brief, lost = flown_with({2: 0.0})
+    brief.table.loc[np.flatnonzero(lost)[:20], "cmd_rotor_0"] = full
+    assert "dead_column" in [f.code for f in examine(brief, vehicle).findings]
 
 
 def test_nothing_is_predicted_where_one_rotor_has_had_no_command_for_long():
@@ -328,3 +335,16 @@ def test_nothing_is_predicted_where_one_rotor_has_had_no_command_for_long():
     stale = lost & (flight.t > 3.0 + 0.3)
     assert not covered[stale].any()
     assert covered[~lost & (flight.t < 7.9)].mean() > 0.98
+
+
+def test_a_rotor_whose_commands_begin_late_predicts_nothing_before_and_one_that_stays_is_written_once():
+    flight, _ = flown_with({})
+    late, still = flight.table.copy(), flight.table.copy()
+    late.loc[late["t"] < 3.0, "cmd_rotor_2"] = np.nan
+    still["cmd_rotor_2"] = 500.0
+    still.loc[still.index % 200 > 0, "cmd_rotor_2"] = np.nan
+    model = Model(load_vehicle(QUADROTOR))
+    covered = model.predict(Flight(late)).covered
+    assert not covered[flight.t < 2.7].any()
+    assert covered[(flight.t > 3.1) & (flight.t < 6.9)].all()
+    assert model.predict(Flight(still)).covered[(flight.t > 1.0) & (flight.t < 6.9)].all()

@@ -228,6 +228,16 @@ def test_a_size_that_differs_from_block_to_block_makes_its_number_as_much_less_s
     assert np.sqrt(covariance[0, 0]) == pytest.approx(np.sqrt(wider / (BLOCKS * ROWS)), rel=0.05)
 
 
+def test_what_all_blocks_of_a_flight_say_alike_makes_a_number_as_unsure_as_flights_are():
+    """Sizes that differ from flight to flight by 0.5 and more: of five flights the mean's error is that by sqrt(5)."""
+    sizes, flight = np.array([0.3, 1.6, 0.9, 1.9, 0.4]), np.repeat(np.arange(5), BLOCKS // 5)
+    made = with_sums(fit(each=lambda k: sizes[flight[k]]), flight=flight)
+    expected = sizes.std(ddof=1) / np.sqrt(5)
+    assert np.sqrt(overdispersion(made)[1][0, 0]) == pytest.approx(expected, rel=0.05)
+    two = with_sums(made, flight=np.repeat(np.arange(2), BLOCKS // 2))
+    assert np.sqrt(overdispersion(two)[1][0, 0]) < 0.5 * expected
+
+
 def test_what_a_flight_has_of_its_own_is_told_by_the_flight_and_by_what_flights_differ_by():
     """The mean of a Gaussian posterior: of precision G + 1 / scatter^2."""
     x = RNG.standard_normal((20, 2))

@@ -9,7 +9,7 @@ import pytest
 from linear_fits import ROWS, linear_fit
 
 from infotraj.diagnosis.judge import numbers, ratio, verdicts
-from infotraj.diagnosis.judge.evidence import Evidence, between_flights
+from infotraj.diagnosis.judge.evidence import Evidence
 from infotraj.diagnosis.judge.giving import Given
 from infotraj.diagnosis.judge.numbers import (
     by_parameter,
@@ -33,7 +33,7 @@ def candidate(name, **fixed):
     return Candidate(cls, tuple(p for p in cls.parameters if not p.index), tuple(fixed.items()))
 
 
-def made_of(monkeypatch, thetas, deviation, spike=0.3, command_step=0.0, between=0.0, **changed):
+def made_of(monkeypatch, thetas, deviation, spike=0.3, command_step=0.0, **changed):
     """What a fit knows of one number of each candidate: theta, usual sizes, its deviation and what a file is off by."""
     columns = [
         SimpleNamespace(candidate=c, place=place, scale=places(c, VEHICLE)[place].scale) for c, place, _ in thetas
@@ -44,7 +44,6 @@ def made_of(monkeypatch, thetas, deviation, spike=0.3, command_step=0.0, between
     solution = SimpleNamespace(theta=np.array([x for *_, x in thetas]))
     monkeypatch.setattr(numbers, "overdispersion", lambda _: (1.0, deviation**2 * np.eye(len(columns))))
     monkeypatch.setattr(numbers, "told_errors", lambda *_: np.full(len(columns), deviation))
-    monkeypatch.setattr(numbers, "between_flights", lambda _: np.full(len(columns), between))
     return SimpleNamespace(**{"linear": linear, "solution": solution, "scales": None, "labels": (), **changed})
 
 
@@ -380,35 +379,3 @@ def test_a_number_that_is_out_of_line_is_told_as_an_effect_is():
     assert alone["center_of_mass.x"].value == pytest.approx(
         0.5 * places(candidate("com_offset"), VEHICLE)[0].scale, rel=0.02
     )
-
-
-def test_a_number_of_the_file_is_no_surer_than_flights_agree_on_it(monkeypatch):
-    monkeypatch.setattr(numbers, "thrust_over_mass", lambda *_, **__: [])
-    monkeypatch.setattr(numbers, "_takes", lambda made, along, faint: {})
-    turned = [(candidate("imu_misalignment"), 2, 0.9)]
-    (told,) = file_numbers(made_of(monkeypatch, turned, 0.05), ())
-    (wider,) = file_numbers(made_of(monkeypatch, turned, 0.05, between=0.2), ())
-    assert wider.standard_error == pytest.approx(4.0 * told.standard_error)
-    assert not file_numbers(made_of(monkeypatch, turned, 0.05, between=0.31), ())
-
-
-def drifting(flights, drift, blocks=12):
-    """A fit of one number of which each block says 1 and its noise, and its flight's own drift: (blocks, 2, 2) sums."""
-    random = np.random.default_rng(3)
-    flight = np.repeat(np.arange(flights), blocks)
-    own = 1.0 + drift * random.standard_normal(flights)[flight] + 0.1 * random.standard_normal(len(flight))
-    gram = np.array([[[[x * x, x], [x, 1.0]] for x in own]])
-    sums = SimpleNamespace(flight=flight, gram=gram, width=1)
-    theta, inverse = np.array([own.mean()]), np.array([[1.0 / len(own)]])
-    scorer = SimpleNamespace(covariance=lambda chosen: (np.array([0]), inverse))
-    means = own.reshape(flights, blocks).mean(axis=1)
-    made = SimpleNamespace(
-        linear=SimpleNamespace(absent=sums), scorer=scorer, chosen=(), solution=SimpleNamespace(theta=theta)
-    )
-    return made, means.std(ddof=1) / np.sqrt(flights)
-
-
-def test_what_flights_differ_by_is_the_error_of_their_mean():
-    made, error = drifting(5, 0.7)
-    assert between_flights(made)[0] == pytest.approx(error)
-    assert between_flights(drifting(2, 0.7)[0])[0] == 0.0

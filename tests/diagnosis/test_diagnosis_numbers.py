@@ -52,13 +52,12 @@ def test_a_number_that_is_found_and_not_named_is_told_of_the_file(monkeypatch):
     linear = SimpleNamespace(
         columns=[SimpleNamespace(candidate=c, scale=0.01) for c in (lag, delay)],
         spike=lambda _: np.ones(2),
-        observation=SimpleNamespace(command_step=0.005),
+        observation=SimpleNamespace(command_step=0.005, samples=()),
     )
     made = SimpleNamespace(
         linear=linear, scales=None, solution=SimpleNamespace(theta=np.array([5.0, 5.0])), labels=("rotor_lag",)
     )
     monkeypatch.setattr(numbers, "told_errors", lambda *_: np.full(2, 0.1))
-    monkeypatch.setattr(numbers, "between_flights", lambda _: np.zeros(2))
 
     def told(named):
         return [c.candidate.name for _, c, *_ in numbers.off(made, named)]

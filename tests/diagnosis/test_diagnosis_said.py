@@ -19,6 +19,7 @@ from infotraj.diagnosis.report.steps import HeldOut
 from infotraj.diagnosis.report.summary import as_dict, as_text, sentence, stays
 from infotraj.effects.registry import effect_class
 from infotraj.flight import Flight
+from infotraj.sparse_commands import COMMAND_STEPS
 from infotraj.suggested import again
 
 ONES = np.ones(6)
@@ -113,13 +114,17 @@ def test_what_is_of_the_log_is_told_apart_from_what_the_vehicle_lacks():
     names = ("linear_drag", "time_offset", "gyro_bias")
     made = answer(findings=[found(x) for x in names], supported=names)
     assert sentence(made) == "Missing: linear_drag; in its log: time_offset, gyro_bias."
+    both = ("time_offset", "linear_drag")
+    made = answer(findings=[found("time_offset", "Not separable", both)], supported=("time_offset",))
+    assert sentence(made) == "Missing: time_offset (or linear_drag: not separable on these flights)."
     made = answer(findings=[found("time_offset")], supported=("time_offset",))
     assert sentence(made) == "No missing effect of the vehicle is supported; in its log: time_offset."
 
 
 def test_every_rotor_that_is_named_stands_in_the_table_and_in_the_sentence():
     rotors = ({"rotor": 1, "factor": 1.062}, {"rotor": 2, "factor": 1.061})
-    of_two = replace(found("rotor_effectiveness"), parameters=rotors[0], instances=rotors)
+    errors = {"factor": 0.09}
+    of_two = replace(found("rotor_effectiveness"), parameters=rotors[0], standard_errors=errors, instances=rotors)
     made = answer(findings=[of_two], supported=("rotor_effectiveness",))
     assert "\n                    and rotor=2 factor=1.061\n" in as_text(made)
     assert "and rotor" not in as_text(answer(findings=[replace(of_two, verdict="Not needed")]))
@@ -138,7 +143,7 @@ def test_noise_of_measured_rotors_may_be_what_stays():
     after = SimpleNamespace(rmse=0.9 * ONES, floor=0.08 * ONES)
 
     def said(commanded):
-        flight = Flight(pd.DataFrame({"t": [0.0, 1.0]}), {})
+        flight = Flight(pd.DataFrame({"t": [0.0, 1.0]}), {COMMAND_STEPS: 1})
         recorded = SimpleNamespace(rotor_commanded=commanded)
         one = SimpleNamespace(flight=flight, prepared=SimpleNamespace(recorded=recorded))
         return as_text(answer(after=after, samples=(one,)))

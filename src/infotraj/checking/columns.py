@@ -62,7 +62,7 @@ def dead_columns(flight: Flight, airborne: Mask, vehicle: Vehicle | None = None)
 def _never_commanded(flight: Flight, airborne: Mask, vehicle: Vehicle | None) -> list[DeadColumn]:
     """Commands of one rotor that read zero for SHORTEST and more while the others carry the vehicle: never logged.
 
-    Not where another rotor rests at an end of its range meanwhile: a mixer without room cuts one off.
+    Not where another rotor is full for most of that time: a mixer without room cuts one off.
     """
     columns = _rotors(flight, vehicle, "cmd_rotor_")
     if len(columns) < 2:
@@ -71,21 +71,20 @@ def _never_commanded(flight: Flight, airborne: Mask, vehicle: Vehicle | None) ->
     good = np.flatnonzero(np.isfinite(x).all(axis=1) & airborne)
     if len(good) < 50:
         return []
-    t, found, at_end = flight.t[good], [], _at_an_end(x[good])
+    t, found, full = flight.t[good], [], _full(x[good])
     for c, (column, zero) in enumerate(zip(columns, _stopped(x[good]).T, strict=True)):
         rows = np.zeros(len(flight.table), dtype=bool)
         for a, b in runs(zero):
-            if t[b - 1] - t[a] >= SHORTEST and not np.delete(at_end[a:b], c, axis=1).any():
+            if t[b - 1] - t[a] >= SHORTEST and np.delete(full[a:b], c, axis=1).any(axis=1).mean() <= 0.5:
                 rows[good[a:b]] = True
         if rows.any():
             found.append(DeadColumn(column, rows, 0.0, float(rows.sum() / len(good))))
     return found
 
 
-def _at_an_end(x: Array) -> Mask:
-    """Commands (n, rotors) that rest, for two rows and more, at the least or at the largest that the rotor is given."""
-    rests = np.diff(x, axis=0, prepend=np.nan) == 0
-    return rests & ((x == x.min(axis=0)) | (x == x.max(axis=0)))
+def _full(x: Array) -> Mask:
+    """Commands (n, rotors) that are the largest that the rotor is ever given: it has no more."""
+    return x == x.max(axis=0)
 
 
 def dead_column_findings(flight: Flight, dead: list[DeadColumn]) -> list[Finding]:

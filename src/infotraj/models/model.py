@@ -280,10 +280,11 @@ class Model:
                 good &= _between_samples(t - law.late + law.telemetry, samples)
                 continue
             given = t - law.delay - law.late
-            for times in samples.given:
-                usual = np.median(np.diff(times)) if len(times) > 1 else np.inf
+            # Of a wrench or of tilts a channel may have none of its own: of rotors each does.
+            each = samples.given if samples is r.rotor and self.vehicle.rotors else (samples.times,)
+            for times in each:
                 latest = np.clip(np.searchsorted(times, given, side="right") - 1, 0, None)
-                good &= given - times[latest] <= max(_STALE * usual, _STALE_AT_LEAST)
+                good &= np.abs(given - times[latest]) <= max(_STALE * samples.usual, _STALE_AT_LEAST)
         for moved in (r.attitude, r.velocity, r.rate):
             if moved is not None:
                 good &= _between_samples(t, moved)

@@ -36,7 +36,7 @@ _GAP = 4.0  # usual steps between commands; over a longer one they are held
 class Samples:
     """Samples (m, c) of a channel at `times` (m,) s; `derived` where they were computed from another channel.
 
-    given: of commands, times (s) at which each channel has a number of its own: between them its last one is held.
+    given: of commands, times (s) at which each channel is known: between them its last number is held.
     """
 
     times: Array
@@ -141,7 +141,9 @@ def _commanded(flight: Flight, columns: list[str], steps: int) -> Samples:
     any_number = values.notna().any(axis=1).to_numpy()
     held = values.ffill().bfill().to_numpy(dtype=float)
     made = _in_steps(Samples(flight.t[any_number], held[any_number]), steps)
-    return replace(made, given=tuple(flight.t[x] for x in values.notna().to_numpy().T))
+    # A number that is the same after a hole as before was not written again.
+    known = values.ffill().eq(values.bfill()) & any_number[:, None]
+    return replace(made, given=tuple(flight.t[x] for x in known.to_numpy().T))
 
 
 def _tilts(vehicle: Vehicle, flight: Flight, steps: int) -> tuple[Samples, bool]:

@@ -246,7 +246,9 @@ def resampled(flight: NDArray, rng: np.random.Generator, count: int = RESAMPLES)
 def overdispersion(whole: Fit) -> tuple[float, Array]:
     """How much more the data scatter from block to block than the noise model says, and the numbers' covariance so.
 
-    Sandwich over blocks with a small-sample factor (Liang and Zeger 1986), never below the model's covariance. The
+    Sandwich over blocks with a small-sample factor (Liang and Zeger 1986), never below the model's covariance, and
+    where there are three flights and more none of a number below the one over flights: what belongs to a flight (a
+    clock, the heading of its estimator), or is missing in the model there, all its blocks say alike. The
     factor tempers log probabilities (composite likelihoods; Pauli, Racugno and Ventura 2011). Covariance (p, p), usual
     sizes.
     """
@@ -268,8 +270,12 @@ def overdispersion(whole: Fit) -> tuple[float, Array]:
     columns = {c for i in whole.chosen for c in whole.linear.choices[i].columns}
     own = np.array([k for k, c in enumerate(free) if c in columns], dtype=int)
     ratio = np.diag(robust)[own] / np.diag(inverse)[own] if len(own) else np.ones(1)
-    out = np.zeros((sums.width, sums.width))
-    wider = np.sqrt(np.maximum(np.diag(robust) / np.diag(inverse), 1.0))
+    out, variance = np.zeros((sums.width, sums.width)), np.diag(robust)
+    flights = np.unique(sums.flight)
+    if len(flights) >= _FEW_FLIGHTS and whole.linear.scatter is None:
+        along = np.stack([score[sums.flight == f].sum(axis=0) for f in flights]) @ inverse
+        variance = np.maximum(variance, np.sum(along**2, axis=0) * len(flights) / (len(flights) - 1))
+    wider = np.sqrt(np.maximum(variance / np.diag(inverse), 1.0))
     out[np.ix_(free, free)] = inverse * np.outer(wider, wider)
     return max(1.0, float(np.median(ratio))), out
 
@@ -301,23 +307,3 @@ def form_error(whole: Fit, mine: Sequence[int], theta: Array) -> float:
     spread = weight @ (scale - mean) ** 2 - (told.sum() - 1)
     variance = spread / max(weight.sum() - weight @ weight / weight.sum(), 1e-300)
     return float(np.sqrt(max(variance, 0.0)) / max(abs(mean), 1e-12))
-
-
-def between_flights(whole: Fit) -> Array:
-    """Standard errors (p,), usual sizes, by which flights differ in what each says of a number; 0 of one or two.
-
-    The sandwich of `overdispersion` with flights for blocks. What belongs to a flight (a clock, the level and the
-    heading of its estimator, a bias) differs from one to the next, and its blocks all say what their flight does.
-    """
-    sums = whole.linear.absent
-    flights = np.unique(sums.flight)
-    out = np.zeros(sums.width)
-    if len(flights) < _FEW_FLIGHTS:
-        return out
-    free, inverse = whole.scorer.covariance(whole.chosen)
-    gram = np.stack([sums.gram.sum(axis=0)[sums.flight == f].sum(axis=0) for f in flights])
-    score = (gram[:, 0, 1:] - gram[:, 1:, 1:] @ whole.solution.theta)[:, free]
-    score = score - score.mean(axis=0)
-    along = score @ inverse
-    out[free] = np.sqrt(np.sum(along**2, axis=0) * len(flights) / (len(flights) - 1))
-    return out

@@ -12,7 +12,7 @@ import numpy as np
 
 from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.judge.anchor import told_errors
-from infotraj.diagnosis.judge.evidence import between_flights, moving, overdispersion
+from infotraj.diagnosis.judge.evidence import moving, overdispersion
 from infotraj.diagnosis.linear.candidates import Candidate, places, slopes
 from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.select.around import Column
@@ -243,12 +243,13 @@ def off(made: Fit, named: Container[str]) -> Iterator[tuple[int, Column, float, 
     file is off by, usual sizes."""
     spike = made.linear.spike(made.scales)
     deviation, step = told_errors(made), made.linear.observation.command_step
-    of_flight = between_flights(made)
     for i, c in enumerate(made.linear.columns):
         theta = made.solution.theta[i]
         if deviation[i] > 0.0:
-            deviation[i] = np.hypot(deviation[i], stamped(c.candidate, step) / abs(c.scale))
-            deviation[i] = max(deviation[i], of_flight[i])
+            late = unread(c.candidate, made.linear.observation) if step else 0.0
+            deviation[i] = np.linalg.norm(
+                [deviation[i], stamped(c.candidate, step) / abs(c.scale), late / abs(c.scale)]
+            )
         inside = spike[i] <= 0 or c.candidate.name in named or deviation[i] <= 0
         if not inside and abs(theta) >= _SEEN * deviation[i]:
             yield i, c, float(theta), float(deviation[i]), float(spike[i])

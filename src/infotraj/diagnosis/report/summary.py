@@ -20,10 +20,11 @@ from infotraj.diagnosis.linear.change import Change
 from infotraj.diagnosis.report.added_load import added_load
 from infotraj.diagnosis.report.reasons import about_takes, axis_in_words, why
 from infotraj.diagnosis.report.vehicle_file import ONE_FINDING, by_ratio
-from infotraj.diagnosis.select.reading import SPARSE
+from infotraj.diagnosis.select.reading import sparse
 from infotraj.effects import Effect, labels_in_words
 from infotraj.importing import row_rate
 
+_RARE = 0.01  # s between commands: with more, a delay of half of it cannot be told
 _FAR = 3.0  # times the floor: an error that large, on an axis that is judged, is spoken of
 _MOST = 0.5  # of an axis' error: where numbers of the file take as much, the answer says so first
 _FIRST = 3  # numbers of the file, or axes, that the sentence tells, those that take or leave most
@@ -161,7 +162,8 @@ def sentence(found: Diagnosis) -> str:
         others = [n for n in f.group if n != name]
         apart = [f"or {' or '.join(others)}: not separable on these flights"] if others else []
         said = [*([_changed(found, f)] if found.healthy is not None else []), *apart]
-        every = f" ({' '.join(str(v['rotor']) for v in f.instances)})" if len(f.instances) > 1 and not said else ""
+        places = sorted(" ".join(str(v[k]) for k in v if k not in f.standard_errors) for v in f.instances)
+        every = f" ({' '.join(places)})" if len(places) > 1 and not any(said) else ""
         parts.append(name + every + (f" ({'; '.join(x for x in said if x)})" if any(said) else ""))
     unnamed = unnamed_change(found)
     first = _missing(found, parts) if found.healthy is None else _changed_or_not(found, parts, unnamed)
@@ -196,7 +198,8 @@ def sentence(found: Diagnosis) -> str:
 
 def _missing(found: Diagnosis, parts: Sequence[str]) -> str:
     """What the model lacks of the vehicle, and apart from it what is of the log: its clocks, its sensors' constants."""
-    of_log = {c.name for c in found.search.known if c.cls.place == "measurement"} if parts else set()
+    sensors = {c.name for c in found.search.known if c.cls.place == "measurement"} if parts else set()
+    of_log = {name for name in found.supported if sensors.issuperset({name, *found.finding(name).group})}
     vehicle = [p for name, p in zip(found.supported, parts, strict=True) if name not in of_log]
     log = [p for name, p in zip(found.supported, parts, strict=True) if name in of_log]
     none = f"No missing effect{' of the vehicle' if log else ''} is supported"
@@ -315,7 +318,7 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
     cause = "what has no name" if found.healthy is not None else "the file's own errors, or what has no name"
     left = stays(found)
     if left and not all(s.prepared.recorded.rotor_commanded for s in found.samples):
-        cause = f"noise of the measured rotors, {cause}"
+        cause = f"noise of the measured rotors, {'or ' if found.healthy is not None else ''}{cause}"
     for axis, error in left.items():
         if axis not in explained and "v" + axis[1] not in explained:
             unit_of = unit[axis[0]]
@@ -340,8 +343,8 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
     balance = sorted(found.search.observation.balance) if found.healthy is not None else []
     if balance:
         lines.append(f"{', '.join(balance)}: held against the healthy flights by the balance over seconds alone")
-    if found.command_steps > 1 or every > SPARSE:
-        lines.append(f"a delay below {500 * every:.2g} ms cannot be told from how commands ran between their rows")
+    if found.command_steps > 1 or every > _RARE or any(sparse(s.flight, found.model.vehicle) for s in found.samples):
+        lines.append(f"a delay below {500 * every:.3g} ms cannot be told from how commands ran between their rows")
     lines += [f"not judged: {axis} ({reason})" for axis, reason in found.refused.items()] if found.judged else []
     lines += [f"warning: {d.reason}" for d in found.doubts if not d.refuses]
     lines += [f"at a bound: {label}: {how}" for label, how in found.at_bound.items()]

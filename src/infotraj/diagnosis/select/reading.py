@@ -20,6 +20,7 @@ from infotraj.diagnosis.select.choosing import searched
 from infotraj.diagnosis.select.prior import EACH, STAMP
 from infotraj.dynamics.inputs import command_columns
 from infotraj.flight import Flight, stepped
+from infotraj.importing.row_rate import held
 from infotraj.sparse_commands import COMMAND_STEPS
 from infotraj.vehicle import Vehicle
 
@@ -29,8 +30,9 @@ _LATE = "actuation_delay"
 
 
 def sparse(flight: Flight, vehicle: Vehicle) -> bool:
-    """Whether a controller may have made more commands than the flight holds; where it says how many, it is known."""
-    known = COMMAND_STEPS in flight.meta or not flight.has(*command_columns(vehicle))
+    """Whether a controller may have made more commands than the flight holds; where it says how many, it is known, and
+    where an import held them over rows, they were rarer than these."""
+    known = COMMAND_STEPS in flight.meta or not flight.has(*command_columns(vehicle)) or held(flight.meta, flight.t)
     return not known and command_step(flight, vehicle) > SPARSE
 
 
