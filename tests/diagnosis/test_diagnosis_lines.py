@@ -172,3 +172,11 @@ def test_the_page_has_a_step_that_no_command_takes(quad_report):
     made = page(content)
     assert "<li><p>Weigh the vehicle.</p></li>" in made
     assert made.count('class="copy"') == before
+
+
+def test_the_page_lists_every_rotor_that_is_named(quad_report):
+    content = json.loads(json.dumps(read_content(quad_report / "report.json")))
+    row = next(r for r in content["answer"]["effects"] if r["name"] == "rotor_effectiveness")
+    rotors = [{"rotor": 1, "factor": 0.9}, {"rotor": 2, "factor": 0.8125}]
+    row |= {"verdict": "Supported", "parameters": rotors[0], "standard_errors": {"factor": 0.01}, "instances": rotors}
+    assert page(content).count("<small>and rotor 2, factor 0.8125</small>") == 1

@@ -216,9 +216,9 @@ def test_an_effect_is_judged_where_it_is_most_probable_and_by_its_strongest_colu
 def test_of_several_rotors_of_one_name_all_are_told_the_one_that_takes_most_off_first(monkeypatch):
     cls = effect_class("rotor_effectiveness")
 
-    def of(rotor, factor, gain):
+    def of(rotor, factor, gain, **evidence):
         candidate = Candidate(cls, tuple(p for p in cls.parameters if not p.index), (("rotor", rotor),))
-        made = judged(gain=gain)
+        made = judged(gain=gain, **evidence)
         return Judged(Member(candidate, cls(rotor=rotor, factor=factor)), {}, made.evidence)
 
     many = (of(0, 0.9, 0.3), of(3, 0.7, 0.9), of(1, 0.99, 0.1))
@@ -232,6 +232,8 @@ def test_of_several_rotors_of_one_name_all_are_told_the_one_that_takes_most_off_
     (found, hidden), stand = made.findings({"wind": "no air"})
     assert found.parameters == {"rotor": 3, "factor": 0.7}
     assert [x["rotor"] for x in found.instances] == [3, 0]
+    unsure = (*many[:2], of(2, 0.95, 0.4, probability=0.6))
+    assert [x["rotor"] for x in replace(made, judged=unsure).findings({"wind": "no air"})[0][0].instances] == [3, 0]
     assert (hidden.verdict, hidden.reason) == ("Not testable here", "no air")
     assert stand == {}
     alone = replace(made, judged=many[:1]).findings({"wind": "no air"})[0][0]

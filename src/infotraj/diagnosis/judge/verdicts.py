@@ -76,14 +76,14 @@ class Judge:
         """
         out: dict[str, Finding] = {}
         stand: dict[str, Rival] = {}
-        instances: dict[str, list[dict[str, Any]]] = {}
+        each: dict[str, list[tuple[bool, dict[str, Any]]]] = {}
         # What stands in the place of two is told in the group in which it takes most off.
         count = max(sum(j.needed for j in self.judged), 1)
         for k, j in enumerate(sorted(self.judged, key=lambda j: -j.evidence.gain)):
             reached("naming", k, count)
             name = j.member.candidate.name
             if j.needed:
-                instances.setdefault(name, []).append(values_of(j.member))
+                each.setdefault(name, []).append((self._doubt(j)[0] is None, values_of(j.member)))
             for f, rival in self._of_member(j):
                 old = out.get(f.name)
                 if old is None or (old.verdict not in CONFIDENT and f.verdict in CONFIDENT):
@@ -94,7 +94,9 @@ class Judge:
             if m.held:
                 name, reason = m.candidate.name, "in the model already"
                 out.setdefault(name, Finding(name, "Not needed", (name,), None, values_of(m), errors, reason))
-        for name, values in instances.items():
+        for name, many in each.items():
+            # Beside one that is named those that are only plausible are not.
+            values = [x for sure, x in many if sure] or [x for _, x in many]
             if len(values) > 1 and name in out:
                 out[name] = replace(out[name], instances=tuple(values))
         for name in self.order:
