@@ -247,6 +247,14 @@ def test_two_tables_of_one_flight_and_held_samples(tmp_path: Path) -> None:
     assert "px" not in alone.table
 
 
+def test_a_table_that_the_mapping_takes_nothing_from_is_not_passed_over(tmp_path: Path) -> None:
+    motors, poses = two_files(tmp_path)
+    log = tmp_path / "weather.csv"
+    pd.DataFrame({"time": [0.0, 1.0], "humidity": [0.4, 0.5]}).to_csv(log, index=False)
+    with pytest.raises(InputError, match=r"weather\.csv: m takes no channel from it; it has time, humidity; expected"):
+        import_log(motors, parse_mapping(JOINED), beside=(poses, log))
+
+
 def test_two_tables_whose_clocks_have_nothing_in_common(tmp_path: Path) -> None:
     motors, poses = two_files(tmp_path, zero=100.0)
     with pytest.raises(InputError, match="nothing in common"):

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from infotraj.arguments import AnyPath
-from infotraj.errors import UsageError, problem
+from infotraj.errors import InputError, UsageError, problem
 from infotraj.importing import clock, convert, resample
 from infotraj.importing.channels import CHANNELS
 from infotraj.importing.joined import JoinedTables, require_overlap
@@ -94,6 +94,7 @@ def read_streams(
             read = _read(log, chosen, every)
         read.beside = beside
         if beside:
+            _require_used(log, chosen, beside)
             spans = {s.name: (float(s.t.min()), float(s.t.max())) for s in read.streams.values() if s.t.size}
             require_overlap(path, spans)
         return read
@@ -145,6 +146,18 @@ def _joined(log: Log, beside: tuple[Path, ...], layout: TableFormat | None, allo
         further.append(TableFile(path, allow_damaged, own))
     assert isinstance(log, TableFile)
     return JoinedTables([log, *further])
+
+
+def _require_used(log: Log, chosen: Plan, beside: tuple[Path, ...]) -> None:
+    """InputError where the mapping takes no channel from one of the further tables."""
+    assert isinstance(log, JoinedTables)
+    used = {f.topic.name for f in chosen.feeds if f.used}
+    for topic, table in zip(log.topics[1:], beside, strict=True):
+        if topic.name not in used:
+            columns = ", ".join(log.fields(topic))
+            found = f"--with {table}: {chosen.mapping.name} takes no channel from it; it has {columns}"
+            remedy = "Choose or write another --mapping, or leave it out."
+            raise InputError(problem(found, "a column that the mapping reads", remedy))
 
 
 def _read(log: Log, chosen: Plan, every: bool) -> Streams:
