@@ -323,7 +323,10 @@ def test_a_rotor_that_a_mixer_without_room_cuts_off_is_commanded_so():
     full = 1.01 * flown_with({})[0].get(*MOTORS).max()
     assert dead({2: 0.0}) == {"cmd_rotor_2"}
     assert dead({2: 0.0, 0: full}) == set()
-    # Full for a moment is no reason.
+    # Full all along, as one that stands still, or for a moment, is no reason.
+    same = flown_with({2: 0.0})[0]
+    same.table["cmd_rotor_0"] = full
+    assert "dead_column" in [f.code for f in examine(same, vehicle).findings]
     brief, lost = flown_with({2: 0.0})
     brief.table.loc[np.flatnonzero(lost)[:20], "cmd_rotor_0"] = full
     assert "dead_column" in [f.code for f in examine(brief, vehicle).findings]

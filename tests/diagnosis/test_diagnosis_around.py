@@ -304,9 +304,8 @@ def commanded(step, **meta):
     return Flight(pd.DataFrame({"t": t, **{f"cmd_rotor_{i}": 400.0 + t for i in range(4)}}), meta)
 
 
-def test_commands_are_sparse_below_222_hz_unless_the_log_says_how_many_there_were():
-    assert not sparse(commanded(0.004), VEHICLE)
-    assert sparse(commanded(0.005), VEHICLE)
+def test_commands_are_sparse_below_133_hz_unless_the_log_says_how_many_there_were():
+    assert not sparse(commanded(0.005), VEHICLE)
     assert sparse(commanded(0.01), VEHICLE)
     assert not sparse(commanded(0.01, **{COMMAND_STEPS: 2}), VEHICLE)
     assert not sparse(Flight(commanded(0.01).table[["t"]]), VEHICLE)

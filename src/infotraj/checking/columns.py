@@ -83,8 +83,10 @@ def _never_commanded(flight: Flight, airborne: Mask, vehicle: Vehicle | None) ->
 
 
 def _full(x: Array) -> Mask:
-    """Commands (n, rotors) that are the largest that the rotor is ever given: it has no more."""
-    return x == x.max(axis=0)
+    """Commands (n, rotors) that are the largest that the rotor is ever given: it has no more. Not one that hardly
+    changes: that it is the same all along says nothing of its range."""
+    most = x == x.max(axis=0)
+    return most & (most.mean(axis=0) < 0.5)
 
 
 def dead_column_findings(flight: Flight, dead: list[DeadColumn]) -> list[Finding]:

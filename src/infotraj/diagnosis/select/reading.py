@@ -24,7 +24,7 @@ from infotraj.importing.row_rate import held
 from infotraj.sparse_commands import COMMAND_STEPS
 from infotraj.vehicle import Vehicle
 
-SPARSE = 0.0045  # s between rows with commands: a controller of more than 222 Hz is usual
+SPARSE = 0.0075  # s between rows with commands: a controller of more than 133 Hz is usual
 _COUNTS = (2, 4)
 _LATE = "actuation_delay"
 
