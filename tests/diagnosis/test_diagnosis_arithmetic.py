@@ -70,7 +70,7 @@ def test_a_vehicle_that_is_heavier_than_its_file_has_less_thrust_over_mass_and_s
     linear = SimpleNamespace(
         columns=columns, observation=SimpleNamespace(vehicle=vehicle), spike=lambda scales: np.full(3, 0.01)
     )
-    monkeypatch.setattr(numbers, "overdispersion", lambda made: (1.0, 1e-6 * np.eye(3)))
+    monkeypatch.setattr(numbers, "variance_along", lambda made, weight: 1e-6 * weight @ weight)
 
     def told(*theta, labels=()):
         made = SimpleNamespace(linear=linear, labels=labels, solution=SimpleNamespace(theta=np.array(theta)))

@@ -1,20 +1,14 @@
 """What is left beside an effect, in the plane in which it acts most, against what it takes off there."""
 
-import numpy as np
 import pytest
 
-from infotraj.diagnosis.judge.evidence import Evidence
-from infotraj.diagnosis.judge.unexplained import Structure, Unexplained
-from infotraj.diagnosis.judge.verdicts import Judge
+from infotraj.diagnosis.judge.unexplained import Structure, Unexplained, more_stays
 
 
 def doubt(falls, rises, left):
-    """What is said of an effect by which the errors fall so, and rise so without it, beside what is left by axis."""
-    largest = max(rises, key=rises.get)
-    found = Evidence(-0.5, (-0.6, -0.4), (3, 3), 1.0, rises[largest], largest, rises, falls, sum(falls.values()), 1.0)
+    """What is said of what makes the errors fall so, and rise so without it, beside what is left by axis."""
     axes = tuple(Structure(a, 0.9, 0.0, rise, (), None, 0.0) for a, rise in left.items())
-    judge = Judge(None, None, (), (), Unexplained(bool(axes), axes), {}, 0.05, np.random.default_rng(0))
-    return judge._beside_more(found)
+    return more_stays(Unexplained(bool(axes), axes), falls, rises)
 
 
 def test_more_that_is_left_across_its_axis_puts_an_effect_in_doubt():

@@ -21,6 +21,7 @@ from infotraj.diagnosis.judge.evidence import (
     rise_beside,
     shared,
     translated,
+    variance_along,
 )
 
 NAMES = ["linear_drag", "quadratic_drag"]
@@ -236,6 +237,24 @@ def test_what_all_blocks_of_a_flight_say_alike_makes_a_number_as_unsure_as_fligh
     assert np.sqrt(overdispersion(made)[1][0, 0]) == pytest.approx(expected, rel=0.05)
     two = with_sums(made, flight=np.repeat(np.arange(2), BLOCKS // 2))
     assert np.sqrt(overdispersion(two)[1][0, 0]) < 0.5 * expected
+
+
+def test_what_two_numbers_say_together_is_no_surer_than_flights_make_it():
+    """One flight is more on the one column, another on the other: the sum differs from flight to flight by both."""
+    flight = np.repeat(np.arange(5), BLOCKS // 5)
+    more = np.array([[0.4, 0.5], [-0.6, -0.4], [0.2, 0.3], [-0.3, -0.6], [0.3, 0.2]])
+
+    def rows(rng, k):
+        x = rng.standard_normal((ROWS, 3))
+        x[:, 0] += x[:, 1:] @ (1.0 + more[flight[k]])
+        return x
+
+    made = with_sums(linear_fit(NAMES, rows, NAMES)[1], flight=flight)
+    for weight in (np.array([1.0, 0.0]), np.array([1.0, 1.0])):
+        expected = (more @ weight).std(ddof=1) / np.sqrt(5)
+        assert np.sqrt(variance_along(made, weight)) == pytest.approx(expected, rel=0.4)
+    together = np.ones(2)
+    assert variance_along(made, together) > 1.6 * together @ overdispersion(made)[1] @ together
 
 
 def test_what_a_flight_has_of_its_own_is_told_by_the_flight_and_by_what_flights_differ_by():

@@ -18,6 +18,7 @@ from infotraj.diagnosis.judge.numbers import (
     labels_of_file,
     thrust_over_mass,
 )
+from infotraj.diagnosis.judge.unexplained import Structure, Unexplained
 from infotraj.diagnosis.judge.verdicts import Finding
 from infotraj.diagnosis.linear.candidates import Candidate, places
 from infotraj.diagnosis.linear.observation import Member
@@ -44,6 +45,7 @@ def made_of(monkeypatch, thetas, deviation, spike=0.3, command_step=0.0, **chang
     solution = SimpleNamespace(theta=np.array([x for *_, x in thetas]))
     monkeypatch.setattr(numbers, "overdispersion", lambda _: (1.0, deviation**2 * np.eye(len(columns))))
     monkeypatch.setattr(numbers, "told_errors", lambda *_: np.full(len(columns), deviation))
+    monkeypatch.setattr(numbers, "variance_along", lambda _, weight: deviation**2 * weight @ weight)
     return SimpleNamespace(**{"linear": linear, "solution": solution, "scales": None, "labels": (), **changed})
 
 
@@ -91,6 +93,27 @@ def test_a_number_of_an_effect_that_is_not_named_says_why(monkeypatch):
     assert (inertia.name, inertia.doubt) == ("inertia.zz", "it may stand for more")
     assert center.doubt == ""
     assert [n.doubt for n in file_numbers(made, ())] == ["", ""]
+
+
+@pytest.mark.parametrize(
+    ("falls", "doubts"),
+    [
+        ({"ty": 0.2}, (True, True)),  # more is left across its axis than goes with it
+        ({"ty": 0.8}, (False, True)),  # half of an error goes with it
+        ({"fx": 0.2}, (False, False)),  # on that axis nothing is left
+    ],
+)
+def test_a_number_may_be_part_of_what_is_left_beside_it(monkeypatch, falls, doubts):
+    monkeypatch.setattr(numbers, "thrust_over_mass", lambda *_, **__: [])
+    monkeypatch.setattr(numbers, "_takes", lambda made, along, faint: {})
+    made = made_of(monkeypatch, [(candidate("com_offset"), 0, 0.8), (candidate("rotor_lag"), 0, 0.2)], 0.05)
+    of_each = [(falls, dict.fromkeys(falls, 1.0)), (dict.fromkeys(falls, 0.1), dict.fromkeys(falls, 0.2))]
+    monkeypatch.setattr(numbers, "of_number", lambda _, i: of_each[i])
+    left = Unexplained(True, (Structure("tx", 0.5, 0.1, 1.5, (), None, 0.0),))
+    found = file_numbers(made, (), left=left)
+    assert tuple(bool(n.doubt) for n in found) == doubts
+    assert all(n.doubt.startswith("on tx more is left") for n in found if n.doubt)
+    assert not any(n.doubt for n in file_numbers(made, ()))
 
 
 def test_a_number_is_told_where_it_is_three_standard_errors_off(monkeypatch):

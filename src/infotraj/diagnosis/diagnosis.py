@@ -238,11 +238,12 @@ def diagnose(
     unsure = {f.name: f"{f.name}: {f.reason}" for f in findings if f.unsure}
     own = {f.name for f in findings if f.of_file}
     beside = told if products is None or products.candidate in told.known else products.beside(told)
-    of_file = file_numbers(beside, sure, unsure, asked.faint(told), own, others) if search.known else ()
+    stays = asked.left(beside)
+    of_file = file_numbers(beside, sure, unsure, asked.faint(told), own, others, stays) if search.known else ()
     return Diagnosis(
         findings,
         supported,
-        asked.left(beside),
+        stays,
         doubts,
         refused,
         refusal.coherence(as_given),

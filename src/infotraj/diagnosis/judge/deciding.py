@@ -22,7 +22,7 @@ from infotraj.diagnosis.judge.numbers import values_of
 from infotraj.diagnosis.judge.out_of_line import with_out_of_line
 from infotraj.diagnosis.judge.products import Products
 from infotraj.diagnosis.judge.ratio import with_ratio
-from infotraj.diagnosis.judge.unexplained import Unexplained, unexplained
+from infotraj.diagnosis.judge.unexplained import NOTHING_LEFT, Unexplained, unexplained
 from infotraj.diagnosis.judge.verdicts import CONFIDENT, Finding, Judge, named
 from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.fit import Fit
@@ -58,7 +58,7 @@ class Asked:
     def left(self, told: Fit) -> Unexplained:
         """Structure that a set leaves: what only effects explain that do not predict is left."""
         if not self.search.known:
-            return Unexplained(False, ())
+            return NOTHING_LEFT
         if id(told) not in self._left:
             found = unexplained(told, self.matters, np.random.default_rng([self.seed, 0]))
             self._left[id(told)] = told, found

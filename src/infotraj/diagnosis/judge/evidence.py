@@ -170,10 +170,7 @@ def _against(
     a, b = draws @ lost.sum(axis=0), draws @ left.sum(axis=0)
     change = (b - a) / np.maximum(a, 1e-300)
     better = [bool(left[:, sums.fold == f].sum() < lost[:, sums.fold == f].sum()) for f in np.unique(sums.fold)]
-    takes = out.believed - kept.believed
-    floor = np.maximum(kept.believed, 1e-300)
-    rise = (out.error - kept.error).sum(axis=1) / np.maximum(sums.windows.sum(axis=1), 1)
-    rise, falls = np.where(own, np.maximum(rise, takes / floor), 0.0), _falls(out, kept)
+    rise, falls = _risen(sums, out, kept, own)
     total = float(lost.sum())
     return Evidence(
         float((left.sum() - total) / max(total, 1e-300)),
@@ -188,6 +185,28 @@ def _against(
         float(1.0 / (1.0 + np.exp(-np.clip(nats, -50.0, 50.0)))),
         form_error(whole, mine, theta),
     )
+
+
+def _risen(sums: Sums, out: _Left, kept: _Left, own: NDArray) -> tuple[Array, Array]:
+    """By how much errors rise from `kept` to `out`, in units of the floor, and the logarithms by which they fall back,
+    (axes,) each; no rise but on axes of `own` (axes,)."""
+    takes = out.believed - kept.believed
+    floor = np.maximum(kept.believed, 1e-300)
+    rise = (out.error - kept.error).sum(axis=1) / np.maximum(sums.windows.sum(axis=1), 1)
+    return np.where(own, np.maximum(rise, takes / floor), 0.0), _falls(out, kept)
+
+
+def of_number(made: Fit, i: int) -> tuple[dict[str, float], dict[str, float]]:
+    """What `Evidence.falls` and `Evidence.by_axis` are, of the number in one column, all others as they are; of the
+    axes on which it acts."""
+    sums, each = made.linear.absent, made.solution.each
+    without = each.copy()
+    without[:, i] = 0.0
+    out, kept = _Left.of(made, without), _Left.of(made, each)
+    own = acts(sums, [i], made.solution.theta, kept.believed)
+    rise, falls = _risen(sums, out, kept, own)
+    acted = [(a, float(x), float(y)) for a, x, y, o in zip(sums.axes, falls, rise, own, strict=True) if o]
+    return {a: x for a, x, _ in acted}, {a: y for a, _, y in acted}
 
 
 def acts(sums: Sums, mine: Sequence[int], theta: Array, left: Array) -> NDArray:
@@ -246,12 +265,23 @@ def resampled(flight: NDArray, rng: np.random.Generator, count: int = RESAMPLES)
 def overdispersion(whole: Fit) -> tuple[float, Array]:
     """How much more the data scatter from block to block than the noise model says, and the numbers' covariance so.
 
-    Sandwich over blocks with a small-sample factor (Liang and Zeger 1986), never below the model's covariance, and
-    where there are three flights and more none of a number below the one over flights: what belongs to a flight (a
-    clock, the heading of its estimator), or is missing in the model there, all its blocks say alike. The
-    factor tempers log probabilities (composite likelihoods; Pauli, Racugno and Ventura 2011). Covariance (p, p), usual
-    sizes.
+    Sandwich over blocks with a small-sample factor (Liang and Zeger 1986), never below the model's covariance, none of
+    a number below the one over flights (`variance_along`). The factor tempers log probabilities (composite likelihoods;
+    Pauli, Racugno and Ventura 2011). Covariance (p, p), usual sizes.
     """
+    return _sandwiches(whole)[:2]
+
+
+def variance_along(whole: Fit, weight: Array) -> float:
+    """Variance of a weighted sum of numbers, weight (p,), usual sizes: not below the sandwich over flights, where there
+    are three and more. What belongs to a flight (a clock, the heading of its estimator), or is missing in the model
+    there, all its blocks say alike."""
+    _, covariance, over_flights = _sandwiches(whole)
+    return float(max(weight @ covariance @ weight, weight @ over_flights @ weight))
+
+
+def _sandwiches(whole: Fit) -> tuple[float, Array, Array]:
+    """What `overdispersion` is, and the covariance (p, p) over flights alone; zero where there are too few."""
     sums = whole.linear.absent
     free, inverse = whole.scorer.covariance(whole.chosen)
     gram = sums.gram.sum(axis=0)
@@ -270,14 +300,18 @@ def overdispersion(whole: Fit) -> tuple[float, Array]:
     columns = {c for i in whole.chosen for c in whole.linear.choices[i].columns}
     own = np.array([k for k, c in enumerate(free) if c in columns], dtype=int)
     ratio = np.diag(robust)[own] / np.diag(inverse)[own] if len(own) else np.ones(1)
-    out, variance = np.zeros((sums.width, sums.width)), np.diag(robust)
     flights = np.unique(sums.flight)
+    of_flights = np.zeros_like(inverse)
     if len(flights) >= _FEW_FLIGHTS and whole.linear.scatter is None:
         along = np.stack([score[sums.flight == f].sum(axis=0) for f in flights]) @ inverse
-        variance = np.maximum(variance, np.sum(along**2, axis=0) * len(flights) / (len(flights) - 1))
+        of_flights = along.T @ along * len(flights) / (len(flights) - 1)
+    variance = np.maximum(np.diag(robust), np.diag(of_flights))
     wider = np.sqrt(np.maximum(variance / np.diag(inverse), 1.0))
-    out[np.ix_(free, free)] = inverse * np.outer(wider, wider)
-    return max(1.0, float(np.median(ratio))), out
+    found = []
+    for x in (inverse * np.outer(wider, wider), of_flights):
+        found.append(np.zeros((sums.width, sums.width)))
+        found[-1][np.ix_(free, free)] = x
+    return max(1.0, float(np.median(ratio))), found[0], found[1]
 
 
 def _own(gram: Array, score: Array, scatter: Array) -> Array:

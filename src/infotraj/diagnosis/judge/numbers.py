@@ -12,7 +12,8 @@ import numpy as np
 
 from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.judge.anchor import told_errors
-from infotraj.diagnosis.judge.evidence import moving, overdispersion
+from infotraj.diagnosis.judge.evidence import moving, of_number, overdispersion, variance_along
+from infotraj.diagnosis.judge.unexplained import NOTHING_LEFT, Unexplained, more_stays
 from infotraj.diagnosis.linear.candidates import Candidate, places, slopes
 from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.select.around import Column
@@ -119,13 +120,15 @@ def file_numbers(
     faint: Mapping[str, float] | None = None,
     own_error: AbstractSet[str] = frozenset(),
     others: Sequence[Fit] = (),
+    left: Unexplained = NOTHING_LEFT,
 ) -> tuple[FileNumber, ...]:
     """The numbers of the vehicle file, its clocks and frames, that these flights show to be off.
 
     named: effects that are named. What is found and not named may be the file's as well: it is told here. unsure: why
     numbers of effects may be wrong; faint: axes of torque that the set hardly predicts, and the share that it does;
     own_error: effects in the set that are what the file is off by; others: fits with what stands in the place of names:
-    which of them holds is not known, and numbers are no surer than half of what they differ by (Draper 1995).
+    which of them holds is not known, and numbers are no surer than half of what they differ by (Draper 1995). left:
+    structure that the set leaves.
     """
     vehicle = made.linear.observation.vehicle
     if made.linear.observation.healthy is not None:
@@ -159,6 +162,7 @@ def file_numbers(
         own = np.eye(len(made.linear.columns))[i]
         takes, on = _most(_takes(made, own, faint)) if kind.alone or not ordinary else (0.0, ())
         doubt = inside.get(c.candidate.label, "") or _told_by(made, c, own, faint)
+        doubt = doubt or _beside_more(made, i, left)
         label = c.candidate.label
         out.append(FileNumber(name, declared, value, float(error), ordinary, unit, takes, doubt, label, on))
     return tuple(out)
@@ -224,6 +228,15 @@ def _told_by(made: Fit, c: Column, own: Array, faint: Mapping[str, float]) -> st
         axis = max("tx", "ty", key=faint.__getitem__)
     share = faint.get(axis)
     return "" if share is None else f"only {100 * share:.0f} % of the torque about {axis[1]} goes with the prediction"
+
+
+def _beside_more(made: Fit, i: int, left: Unexplained) -> str:
+    """That a number may be part of what is left, of which there is more than it takes off; empty if not, and where it
+    takes half of an error off."""
+    if not left.found:
+        return ""
+    falls, rises = of_number(made, i)
+    return more_stays(left, falls, rises) if sum(falls.values()) < -math.log(_HALF) else ""
 
 
 def labels_of_file(made: Fit) -> list[str]:
@@ -304,7 +317,7 @@ def thrust_over_mass(
     # What pairs of rotors lose is no part of a sum.
     if said & OF_THRUST_OVER_MASS or "coaxial_loss" in inside or not vehicle.mass:
         return []
-    spike, covariance = linear.spike(scales or made.scales), overdispersion(made)[1]
+    spike = linear.spike(scales or made.scales)
     weight = np.zeros(len(linear.columns))
     rotors = [c.candidate.name == "rotor_effectiveness" and spike[i] > 0 for i, c in enumerate(linear.columns)]
     unsaid = [c.candidate.label not in made.labels or c.candidate.name not in said for c in linear.columns]
@@ -328,7 +341,7 @@ def thrust_over_mass(
             weight[i] = -c.scale / vehicle.mass
     # Coordinates are logarithms: a ratio is a sum.
     total = float(weight @ made.solution.theta)
-    error = float(np.sqrt(weight @ covariance @ weight))
+    error = math.sqrt(variance_along(made, weight))
     apart = _HALF * max((abs(total - float(weight @ _as_in(x, linear.columns))) for x in others), default=0.0)
     error = float(np.linalg.norm([error, PULL, apart])) if error > 0 else 0.0
     if error <= 0 or abs(total) < _SEEN * error:

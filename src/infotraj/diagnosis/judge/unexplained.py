@@ -9,7 +9,7 @@ or of the error itself. Bands weigh by what the model explains, so that what it 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,6 +65,9 @@ class Unexplained:
     axes: tuple[Structure, ...]
 
 
+NOTHING_LEFT = Unexplained(False, ())
+
+
 def unexplained(whole: Fit, matters: float, rng: np.random.Generator) -> Unexplained:
     """Looks for structure in what the fitted model `whole` leaves. matters: least rise of the error that counts."""
     o = whole.linear.observation
@@ -102,6 +105,26 @@ def unexplained(whole: Fit, matters: float, rng: np.random.Generator) -> Unexpla
     }
     found = [s for axis, s in {**loud, **real}.items() if axis not in o.ignored]
     return Unexplained(bool(found), tuple(sorted(found, key=lambda s: -s.rise)))
+
+
+def more_stays(left: Unexplained, falls: Mapping[str, float], rises: Mapping[str, float]) -> str:
+    """That more of what goes with the motion is left than something takes off, where it takes most; empty if not.
+
+    falls, rises: what it takes off each axis on which it acts (`Evidence.falls`, `Evidence.by_axis`). Over a plane:
+    what turns with the vehicle, or acts beside its axes, is in both of them.
+    """
+    planes: dict[tuple[str, bool], list[str]] = {}
+    for a in falls:
+        planes.setdefault((a[:-1], a[-1] == "z"), []).append(a)
+    if not planes:
+        return ""
+    most = max(planes, key=lambda p: sum(falls[a] for a in planes[p]))
+    stays = {s.axis: s.rise for s in left.axes if (s.axis[:-1], s.axis[-1] == "z") == most}
+    if not stays or sum(stays.values()) <= sum(rises[a] for a in planes[most]):
+        return ""
+    axis = max(stays, key=stays.__getitem__)
+    on = axis_group(axis) or axis
+    return f"on {on} more is left that goes with the motion than it takes off: it may be part of that"
 
 
 def _least(axis: str) -> float:

@@ -8,13 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.judge.evidence import Evidence, evidence_of_absent, left_by_set, little
 from infotraj.diagnosis.judge.groups import Rival, rivals
 from infotraj.diagnosis.judge.needed import SURE, Judged
 from infotraj.diagnosis.judge.numbers import fitted_numbers, in_fit, values_of
 from infotraj.diagnosis.judge.path import shows_on_path
-from infotraj.diagnosis.judge.unexplained import Unexplained
+from infotraj.diagnosis.judge.unexplained import Unexplained, more_stays
 from infotraj.diagnosis.linear.candidates import Candidate
 from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.select.fit import Fit
@@ -160,7 +159,7 @@ class Judge:
         faint = self._faint(j)
         if faint:
             return "Plausible", faint
-        beside = "" if e.gain >= HALVES else self._beside_more(e)
+        beside = "" if e.gain >= HALVES else more_stays(self.left, e.falls, e.by_axis)
         return ("Plausible", beside) if beside else (None, "")
 
     def _faint(self, j: Judged) -> str:
@@ -187,24 +186,6 @@ class Judge:
             return ""
         share = f"only {100 * self.faint[axis]:.0f} % of the torque there goes with the prediction"
         return f"the inertia about {axis[1]} would be {far[axis]:.2g} times the file's; {share}: {unsure}"
-
-    def _beside_more(self, e: Evidence) -> str:
-        """That more of what goes with the motion is left than the effect takes off, where it acts most; empty if not.
-
-        Over a plane: what turns with the vehicle, or acts beside its axes, is in both of them.
-        """
-        planes: dict[tuple[str, bool], list[str]] = {}
-        for a in e.falls:
-            planes.setdefault((a[:-1], a[-1] == "z"), []).append(a)
-        if not planes:
-            return ""
-        most = max(planes, key=lambda p: sum(e.falls[a] for a in planes[p]))
-        left = {s.axis: s.rise for s in self.left.axes if (s.axis[:-1], s.axis[-1] == "z") == most}
-        if not left or sum(left.values()) <= sum(e.by_axis[a] for a in planes[most]):
-            return ""
-        axis = max(left, key=lambda a: left[a])
-        group = refusal.axis_group(axis) or axis
-        return f"on {group} more is left that goes with the motion than it takes off: it may be part of that"
 
     def _of_absent(self, name: str) -> Finding:
         linear = self.whole.linear
