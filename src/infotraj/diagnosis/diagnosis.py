@@ -22,7 +22,7 @@ from infotraj.diagnosis.gates.saturation import saturated
 from infotraj.diagnosis.judge.deciding import Asked, decided
 from infotraj.diagnosis.judge.evidence import overdispersion
 from infotraj.diagnosis.judge.numbers import FileNumber, beside_what_stays, file_numbers, fitted_numbers
-from infotraj.diagnosis.judge.products import free_products
+from infotraj.diagnosis.judge.products import free_products, products
 from infotraj.diagnosis.judge.unexplained import Unexplained
 from infotraj.diagnosis.judge.verdicts import CONFIDENT, MATTERS, Finding, named
 from infotraj.diagnosis.lengths import AGAIN, HEALTHY, PARTS, against
@@ -214,8 +214,8 @@ def diagnose(
     step(3, _STEPS, "judging")
     reached("structure")
     rng = np.random.default_rng([seed, 1])
-    products = free_products(search, whole)
-    asked = Asked(search, tuple(catalog), why_not, refused, matters, seed, rng, start, stop, products)
+    of_inertia = free_products(search, whole)
+    asked = Asked(search, tuple(catalog), why_not, refused, matters, seed, rng, start, stop, of_inertia)
     findings, told, made, others = decided(asked, whole)
     reached("errors")
     final, supported = made.fit, named(findings)
@@ -237,7 +237,7 @@ def diagnose(
     sure = {f.name for f in findings if f.verdict in CONFIDENT}
     unsure = {f.name: f"{f.name}: {f.reason}" for f in findings if f.unsure}
     own = {f.name for f in findings if f.of_file}
-    beside = told if products is None or products.candidate in told.known else products.beside(told)
+    beside = told if of_inertia is None or of_inertia.candidate in told.known else of_inertia.beside(told)
     stays = asked.left(beside)
     of_file = file_numbers(beside, sure, unsure, asked.faint(told), own, others, stays) if search.known else ()
     return Diagnosis(
@@ -343,7 +343,7 @@ def learn(
         why = next(iter(refused_axes(doubts).values()), "no effect can be tested on them")
         raise InputError(problem(f"the healthy flights: {why}", "flights that can be judged", "Choose others."))
     reached("numbers")
-    return learned(around_fit(whole, search.known), flights, overdispersion(whole)[0])
+    return learned(around_fit(whole, [*search.known, *products(search.known)]), flights, overdispersion(whole)[0])
 
 
 def _usual(model: Model, healthy: Healthy, start: float | None, stop: float | None) -> Array:
@@ -391,6 +391,9 @@ def _searched(
     left_to = [c for c in left_to if c.label not in taken]
     if left_to:
         left_to += [c for c in file_only(observation.vehicle, known, observation.flights) if c.label not in taken]
+        if observation.healthy is not None:
+            # A load beside the planes of symmetry changes them, and no name says so.
+            left_to += observation.healthy.shown(products(left_to), {})[0]
         ignored = of_residual(with_mixed(refused_axes(doubts), observation.samples))
         observation = observation.without_axes(ignored)
     if like is not None and {c.label for c in left_to} != {c.label for c in like.known}:

@@ -68,7 +68,7 @@ class Products:
 def free_products(search: Search, whole: Fit) -> Products | None:
     """Products of inertia that are free, where the search's set is more probable beside them for sure; else None.
 
-    Beside healthy flights they are the same on both sides.
+    Beside healthy flights they are free in any case.
     """
     inside = {c.name for c in search.known} | {m.candidate.name for m in search.held}
     # Where moments can be asked about, or are in the model.
@@ -77,6 +77,13 @@ def free_products(search: Search, whole: Fit) -> Products | None:
     if InertiaProducts.name in inside:
         return None
     candidate = Candidate(InertiaProducts, InertiaProducts.parameters)
-    products = Products(replace(search, known=(*search.known, candidate)), candidate)
-    sure = products.beside(whole).worth - whole.worth > AS_PROBABLE * overdispersion(whole)[0]
-    return products if sure else None
+    found = Products(replace(search, known=(*search.known, candidate)), candidate)
+    sure = found.beside(whole).worth - whole.worth > AS_PROBABLE * overdispersion(whole)[0]
+    return found if sure else None
+
+
+def products(known: Collection[Candidate]) -> list[Candidate]:
+    """The candidate of the products, where moments can be asked about and it is not among `known`."""
+    names = {c.name for c in known}
+    there = "inertia_error" in names and InertiaProducts.name not in names
+    return [Candidate(InertiaProducts, InertiaProducts.parameters)] if there else []

@@ -21,6 +21,7 @@ from infotraj.diagnosis.select.around import Linear, linearised
 from infotraj.diagnosis.select.fit import Fit
 from infotraj.diagnosis.select.prior import SCALES, SLAB, Scales, is_file_number, spikes
 from infotraj.diagnosis.select.score import diluted
+from infotraj.effects.inertia_products import InertiaProducts
 from infotraj.effects.rigid_body import arm_length
 from infotraj.effects.rotor_height import RotorHeight
 from infotraj.effects.rotor_torque import RotorTorque
@@ -114,6 +115,7 @@ def scattered(now: Linear, wider: float = 1.0) -> dict[tuple[str, int], float]:
     parts = _by_flight(now.sums, columns, wider)
     level = dict.fromkeys(kinds, 1.0)
     acts = {k for k, size in zip(kinds, np.sum(parts, axis=0).diagonal()[1:], strict=True) if size > _SEEN}
+    acts = {k for k in acts if k[0] != InertiaProducts.name}  # what has no name may change, however little it does here
 
     def evidence(of: dict[tuple[str, int], float]) -> float:
         deviation = usual * np.array([of[k] for k in kinds])
