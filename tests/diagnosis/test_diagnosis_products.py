@@ -24,6 +24,7 @@ from infotraj.diagnosis.select.search import Search
 from infotraj.effects import effect_class
 from infotraj.effects.inertia_products import InertiaProducts
 from infotraj.effects.laws import BodyLaw
+from infotraj.experiment.hidden.file_profiles import wrong_file
 from infotraj.flight import Flight
 from infotraj.models import Model
 from infotraj.vehicle import load_vehicle, parse_vehicle
@@ -34,15 +35,15 @@ NOISE = {"gyro": 0.002, "accelerometer": 0.03, "position": 0.0002, "attitude": 0
 PLACE = np.array([0.04, -0.03, -0.05])  # m, of a load of 12 %
 
 
-def of_a_load():
+def of_a_load(place=PLACE, share=0.12):
     """The vehicle with a load: what it flies as, in the simulation's words."""
     content = yaml.safe_load(FILE.read_text())
-    load = 0.12 * content["mass"]
+    load = share * content["mass"]
     reduced = content["mass"] * load / (content["mass"] + load)
-    moments = reduced * (PLACE @ PLACE * np.eye(3) - np.outer(PLACE, PLACE))
+    moments = reduced * (place @ place * np.eye(3) - np.outer(place, place))
     true = copy.deepcopy(content)
     true["inertia"].update(xy=moments[0, 1].item(), xz=moments[0, 2].item(), yz=moments[1, 2].item())
-    moved = (load * PLACE / (content["mass"] + load)).tolist()
+    moved = (load * place / (content["mass"] + load)).tolist()
     changes = {f"d{a}{a}": moments[i, i].item() for i, a in enumerate("xyz")}
     return true, {"mass_offset": {"dm": load}, "com_offset": {"r": moved}, "inertia_error": changes}
 
@@ -196,6 +197,21 @@ def test_where_they_take_a_name_what_is_left_is_judged_beside_them(monkeypatch):
     (given,) = (e for e in found.model.effects if e.name == "inertia_products")
     assert given.dxz == pytest.approx(true["inertia"]["xz"], rel=0.2)
     assert not found.unexplained.found
+
+
+@pytest.mark.long
+def test_a_weight_on_an_arm_is_no_weak_rotor_against_healthy_flights():
+    true, hidden = of_a_load(np.array([0.11, 0.09, -0.02]), 0.06)
+    file = wrong_file(QUAD, "10%", np.random.default_rng(4))
+    healthy = flown(yaml.safe_load(FILE.read_text()), {}, (11, 12, 13))
+    found = diagnose(Model(file), flown(true, hidden, (14, 15)), reference=healthy)
+    told = {x for f in found.findings if f.verdict in ("Supported", "Not separable") for x in f.group}
+    assert "com_offset" in told
+    assert told <= {"com_offset", "mass_offset", "thrust_scale", "battery_sag", "inertia_error"}
+    centre = found.finding("com_offset")
+    moved = np.subtract(centre.parameters["r"], found.healthy_numbers(centre)["parameters"]["r"])
+    expected = np.array(hidden["com_offset"]["r"])
+    assert np.all(np.abs(moved - expected) < 3.0 * np.array(centre.standard_errors["r"]) + 0.05 * np.abs(expected))
 
 
 @pytest.mark.long
