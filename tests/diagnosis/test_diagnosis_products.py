@@ -15,6 +15,7 @@ import yaml
 from exact_simulation import fly
 from linear_fits import ROWS, linear_fit
 
+from infotraj.diagnosis import diagnosis
 from infotraj.diagnosis.diagnosis import diagnose
 from infotraj.diagnosis.judge.products import Products, free_products
 from infotraj.diagnosis.linear.candidates import Candidate
@@ -197,6 +198,16 @@ def test_where_they_take_a_name_what_is_left_is_judged_beside_them(monkeypatch):
     (given,) = (e for e in found.model.effects if e.name == "inertia_products")
     assert given.dxz == pytest.approx(true["inertia"]["xz"], rel=0.2)
     assert not found.unexplained.found
+
+
+def test_products_that_the_model_has_stay_in_it_against_healthy_flights():
+    inertia = effect_class("inertia_error")
+    known = [Candidate(inertia, inertia.parameters)]
+    own = InertiaProducts(dxy=1e-4, dxz=0.0, dyz=0.0)
+    healthy = SimpleNamespace(effects={"inertia_products": own})
+    observation = cast(Any, SimpleNamespace(healthy=healthy, vehicle=QUAD, flights=[]))
+    (member,) = diagnosis._healthy_members(observation, known)
+    assert member.effect is own
 
 
 @pytest.mark.long

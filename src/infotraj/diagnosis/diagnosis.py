@@ -413,7 +413,8 @@ def _healthy_members(observation: Observation, known: Sequence[Candidate]) -> tu
     """The effects of the healthy model, as candidates that may change."""
     if observation.healthy is None:
         return ()
-    every = {c.label: c for c in (*known, *file_only(observation.vehicle, known, observation.flights))}
+    file = file_only(observation.vehicle, known, observation.flights)
+    every = {c.label: c for c in (*known, *file, *products(known))}
     return tuple(Member(every[k], e) for k, e in observation.healthy.effects.items() if k in every)
 
 

@@ -70,20 +70,17 @@ def free_products(search: Search, whole: Fit) -> Products | None:
 
     Beside healthy flights they are free in any case.
     """
-    inside = {c.name for c in search.known} | {m.candidate.name for m in search.held}
-    # Where moments can be asked about, or are in the model.
-    if search.observation.healthy is not None or not search.known or "inertia_error" not in inside:
+    known = (*search.known, *(m.candidate for m in search.held))
+    if search.observation.healthy is not None or not search.known or not (candidates := products(known)):
         return None
-    if InertiaProducts.name in inside:
-        return None
-    candidate = Candidate(InertiaProducts, InertiaProducts.parameters)
+    (candidate,) = candidates
     found = Products(replace(search, known=(*search.known, candidate)), candidate)
     sure = found.beside(whole).worth - whole.worth > AS_PROBABLE * overdispersion(whole)[0]
     return found if sure else None
 
 
 def products(known: Collection[Candidate]) -> list[Candidate]:
-    """The candidate of the products, where moments can be asked about and it is not among `known`."""
+    """The candidate of the products, where moments can be asked about or are in the model, and it is not in `known`."""
     names = {c.name for c in known}
-    there = "inertia_error" in names and InertiaProducts.name not in names
-    return [Candidate(InertiaProducts, InertiaProducts.parameters)] if there else []
+    asked = "inertia_error" in names and InertiaProducts.name not in names
+    return [Candidate(InertiaProducts, InertiaProducts.parameters)] if asked else []

@@ -114,8 +114,9 @@ def scattered(now: Linear, wider: float = 1.0) -> dict[tuple[str, int], float]:
     free = np.diag(_before(now, columns) ** -2.0)
     parts = _by_flight(now.sums, columns, wider)
     level = dict.fromkeys(kinds, 1.0)
-    acts = {k for k, size in zip(kinds, np.sum(parts, axis=0).diagonal()[1:], strict=True) if size > _SEEN}
-    acts = {k for k in acts if k[0] != InertiaProducts.name}  # what has no name may change, however little it does here
+    sizes = zip(kinds, np.sum(parts, axis=0).diagonal()[1:], strict=True)
+    # Products of inertia, of which a change has no name, stay as free as they usually are.
+    acts = {k for k, size in sizes if size > _SEEN and k[0] != InertiaProducts.name}
 
     def evidence(of: dict[tuple[str, int], float]) -> float:
         deviation = usual * np.array([of[k] for k in kinds])
