@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 import yaml
 
+from infotraj.datasets.location import find_dataset, how_to_get
+from infotraj.importing import import_log
 from infotraj.vehicle import load_vehicle, parse_vehicle
 
 VEHICLES = Path(__file__).parents[1] / "config" / "vehicles"
@@ -57,3 +59,29 @@ def test_motors_stand_and_turn_as_their_firmwares_number_them():
         found = [f"{'+' if r.position[0] > 0 else '-'}x{'+' if r.position[1] > 0 else '-'}y" for r in rotors]
         assert found == wanted.split()
         assert tuple(r.spin for r in rotors) == spins[name]
+
+
+def test_the_two_files_of_crazypad_are_one_vehicle_by_what_was_asked_and_by_what_was_given():
+    asked, given = (yaml.safe_load((VEHICLES / f"crazypad{kind}.yaml").read_text()) for kind in ("_requested", ""))
+    thrusts = {tuple(rotor.pop("thrust_polynomial")) for rotor in asked["rotors"]}
+    assert thrusts == {(0.0, 0.14715, 0.0)}
+    for rotor in given["rotors"]:
+        del rotor["thrust_polynomial"]
+    del asked["name"], given["name"]
+    assert asked == given
+
+
+def test_what_was_given_to_crazypads_motors_follows_from_what_was_asked_as_its_file_says():
+    """The firmware's compensation of the battery, in which what is asked is a thrust: logs that hold both."""
+    folder = find_dataset("crazypad")
+    if folder is None:
+        pytest.skip(how_to_get("crazypad"))
+    log = folder / "motor_data" / "normal_flight" / "E8_log00"
+    fields = {"rotor_command": {"fields": [f"motor.m{k}" for k in (1, 2, 3, 4)]}}
+    given, asked = (import_log(log, "crazyflie", settings=s) for s in (None, fields))
+    thrust = 60.0 * asked.numbered("cmd_rotor_") * 65535 / 65536  # g
+    pwm = (0.088 * thrust - 0.0006239 * thrust**2) / given.get("battery")
+    flown = given.get("pz")[:, 0] > 0.3
+    ratio = given.numbered("cmd_rotor_")[flown] / pwm[flown]
+    np.testing.assert_allclose(np.median(ratio), 1.0, atol=2e-4)
+    assert np.quantile(np.abs(ratio - 1.0), 0.9) < 5e-4, np.quantile(np.abs(ratio - 1.0), [0.5, 0.9, 0.99])

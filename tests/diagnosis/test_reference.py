@@ -141,19 +141,25 @@ def test_the_command_takes_several_healthy_flights(tmp_path):
         assert not (tmp_path / "m.yaml").exists()
 
 
+def crazypad_file(name: str) -> Path:
+    """The vehicle file of a log: by what was asked of the motors, or by what they were given."""
+    kind = "crazypad_requested" if name.startswith("controller_data") else "crazypad"
+    return CONFIG / "vehicles" / f"{kind}.yaml"
+
+
 def crazypad(name: str) -> Flight:
     folder = find_dataset("crazypad")
     if folder is None:
         pytest.skip(how_to_get("crazypad"))
     flight = import_log(folder / name, mapping="crazyflie")
     up = flight.t[flight.get("pz")[:, 0] > 0.3]
-    return examined(flight.between(up[0], up[-1]), load_vehicle(CONFIG / "vehicles" / "crazypad.yaml"))
+    return examined(flight.between(up[0], up[-1]), load_vehicle(crazypad_file(name)))
 
 
 @pytest.mark.long
 def test_a_cut_propeller_is_told_from_the_balance_of_a_real_vehicle():
     """No attitude in these logs, and torques whose fast part does not follow the commands."""
-    model = Model(load_vehicle(CONFIG / "vehicles" / "crazypad.yaml"))
+    model = Model(load_vehicle(crazypad_file("controller_data")))
     healthy = [crazypad(f"controller_data/normal_flight/E8_log0{k}") for k in range(5)]
     cut = crazypad("controller_data/cut_propeller_M3_4mm_4mm_39mm/E8_log00")
     found = diagnose(model, [cut], reference=healthy)
@@ -161,7 +167,7 @@ def test_a_cut_propeller_is_told_from_the_balance_of_a_real_vehicle():
     assert told.verdict in ("Supported", "Not separable")
     assert told.parameters["rotor"] == 2
     at = places(next(c for c in found.search.known if c.label == "rotor_effectiveness 2"), model.vehicle)
-    assert 0.5 < told.parameters["factor"] < 0.9
+    assert 0.7 < told.parameters["factor"] < 0.9  # by what was given, in other flights, 0.79 to 0.82
     assert found.healthy.errors("rotor_effectiveness 2", at)[0] < 0.2
     assert [d.about for d in saturated([cut], model.vehicle)] == ["m3"]
     assert diagnose(model, [healthy[0]], reference=healthy[1:]).supported == ()
@@ -170,7 +176,7 @@ def test_a_cut_propeller_is_told_from_the_balance_of_a_real_vehicle():
 @pytest.mark.long
 def test_a_cut_of_two_millimetres_is_told_without_gyro_and_pitch():
     """What the healthy flights would rather have of numbers that no flight tells alone is what a flight is held to."""
-    model = Model(load_vehicle(CONFIG / "vehicles" / "crazypad.yaml"))
+    model = Model(load_vehicle(crazypad_file("motor_data")))
     reference = learn(model, [crazypad(f"motor_data/normal_flight/E8_log0{k}") for k in range(5)])
     found = diagnose(model, [crazypad("motor_data/cut_propeller_M3_2mm_2mm_43mm/E8_log03")], reference=reference)
     told = found.finding("rotor_effectiveness")

@@ -72,6 +72,8 @@ class ChannelMap(Strict):
         None, description="airborne only: number in the log: 1 in the air, 0 not, null says nothing; others are skipped"
     )
 
+    remark: str | None = Field(None, description="what whoever reads the table has to know of it; the import says it")
+
     @model_validator(mode="after")
     def _consistent(self) -> ChannelMap:
         frame_matrix(self.world, "world")

@@ -93,6 +93,9 @@ def to_flight(
         values[channel_name] = data
         names[channel_name] = CHANNELS[channel_name].names(data.shape[1])
         said[channel_name] = {**channel_origin(channel_name, feed, read.mapping), **how}
+        remark = feed.channels[channel_name].remark
+        if remark is not None:
+            notes.append(f"{channel_name}: {remark}")
     reached("checks")
     require_plausible(values, names, t, read.path)
     if not set(values) - {"battery", "airborne"}:

@@ -8,7 +8,7 @@ mapping's order, that carries all of its fields.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -77,16 +77,16 @@ def plan(log: Log, mapping: Mapping) -> Plan:
     notes: list[str] = []
     feeds: list[Feed] = []
     spares: list[Feed] = []
+    taken: set[str] = set()
     for stream in mapping.streams:
         for part in _apart(stream):
-            found = _find(log, mapping, part, notes)
-            feeds += found[:1]
+            found = _find(log, mapping, part, taken, notes)
+            for feed in found[:1]:
+                # every flag counts: the vehicle flies where none of them says that it does not
+                feed.used = [c for c in feed.channels if c not in taken or c == "airborne"]
+                taken.update(feed.used)
+                feeds.append(feed)
             spares += found[1:]
-    taken: set[str] = set()
-    for feed in feeds:
-        # every flag counts: the vehicle flies where none of them says that it does not
-        feed.used = [c for c in feed.channels if c not in taken or c == "airborne"]
-        taken.update(feed.used)
     return Plan(mapping, feeds, notes, spares)
 
 
@@ -120,8 +120,8 @@ def _apart(stream: StreamMap) -> list[StreamMap]:
     return parts
 
 
-def _find(log: Log, mapping: Mapping, stream: StreamMap, notes: list[str]) -> list[Feed]:
-    """The feeds that fit a stream, the best first."""
+def _find(log: Log, mapping: Mapping, stream: StreamMap, taken: Collection[str], notes: list[str]) -> list[Feed]:
+    """The feeds that fit a stream, the best first. taken: channels that an earlier stream gives."""
     fitting: list[tuple[Any, Topic, dict[str, ChannelMap]]] = []
     for topic in log.topics:
         rank = _rank(stream, topic)
@@ -133,7 +133,7 @@ def _find(log: Log, mapping: Mapping, stream: StreamMap, notes: list[str]) -> li
             if stream.topic or stream.type or any(log.has(topic, name) for name in fields):
                 notes.append(f"{stream.name}: topic {topic.name} is empty")
             continue
-        channels = _present(log, stream, topic, notes)
+        channels = _present(log, stream, topic, taken, notes)
         if channels and unmet(log, stream, topic) is None:
             fitting.append((rank, topic, channels))
     if not fitting:
@@ -204,14 +204,16 @@ def fits_stream(stream: StreamMap, topic: Topic) -> bool:
     return _rank(stream, topic) is not None
 
 
-def _present(log: Log, stream: StreamMap, topic: Topic, notes: list[str]) -> dict[str, ChannelMap]:
+def _present(
+    log: Log, stream: StreamMap, topic: Topic, taken: Collection[str], notes: list[str]
+) -> dict[str, ChannelMap]:
     channels = {}
     for name, mapped in stream.channels.items():
         fields = (*mapped.fields, *((mapped.count,) if mapped.count is not None else ()))
         there = [f for f in fields if log.has(topic, f)]
         if len(there) == len(fields):
             channels[name] = mapped
-        elif there:
+        elif there and name not in taken:
             missing = [f for f in fields if f not in there]
             notes.append(f"{name} left out: {label(topic)} has {', '.join(there)} but not {', '.join(missing)}")
     return channels

@@ -37,8 +37,7 @@ class Study(Strict):
 
     folder: str
     mapping: str
-    vehicle: str
-    groups: tuple[str, ...]
+    groups: Mapping[str, str] = Field(description="vehicle file of each group of logs")
     logs: str
     least_height: float
     healthy: str
@@ -60,7 +59,7 @@ def answer_group(study: str | Path, group: str, data_dir: str | Path | None, out
     folder = find_dataset(asked.folder, data_dir)
     if folder is None:
         raise InputError(how_to_get(asked.folder))
-    model, _ = read_model(Path(asked.vehicle))
+    model, _ = read_model(Path(asked.groups[group]))
     flights = {
         (condition, path.name): _flight(path, asked, model.vehicle)
         for condition in (asked.healthy, *asked.conditions)
