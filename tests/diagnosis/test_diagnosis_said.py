@@ -286,14 +286,14 @@ def test_an_error_far_above_what_healthy_flights_leave_is_a_change_without_a_nam
     after = SimpleNamespace(rmse=np.array([0.385, 0.36, 0.05, 0.3, 0.33, 0.02]), floor=0.0185 * ONES)
     usual = np.array([0.02, 0.02, 0.02, 0.29, np.nan, 0.02])
     made = answer(after=after, healthy=HEALTHY, usual=usual, refused={"fy": "why"})
-    said = "omething changed that has no name here: the error is 20.8 times its floor on fx"
+    said = "omething changed that has no name here: the error is 19.2 times what the healthy flights leave on fx"
     assert sentence(made) == f"S{said}; nothing can be said about fy: why."
     assert list(as_dict(made)["verdict"]["unnamed_change"]) == ["fx"]
     # The healthy flights leave as much on tx, and do not say what they leave on ty.
     assert "on tx: what has no name; the healthy flights leave at most 0.29" in as_text(made)
     made = answer(after=after, healthy=HEALTHY, usual=0.01 * ONES, unexplained=Unexplained(True, (loud("vz"),)))
     assert (
-        "20.8 times its floor on fx, 19.5 times on fy, 17.8 times on ty, 16.2 times on tx, 2.7 times on fz"
+        "38.5 times what the healthy flights leave on fx, 36 times on fy, 33 times on ty, 30 times on tx, 5 times on fz"
         in sentence(made)
     )
     made.findings, made.supported = (found("linear_drag"),), ("linear_drag",)
@@ -307,6 +307,15 @@ def test_nothing_changed_is_not_said_where_structured_error_is_left():
     made.unexplained = Unexplained(True, (loud("tx"),))
     assert sentence(made).startswith("No change has a name here; structured error is left on tx that")
     assert "unnamed_change" not in as_dict(answer())["verdict"]
+
+
+def test_a_change_that_is_plausible_is_told_and_nothing_changed_is_not_said():
+    findings = (found("mass_offset", "Plausible", rise=0.1), found("com_offset", "Plausible", rise=0.4))
+    made = answer(healthy=HEALTHY, usual=0.1 * ONES, findings=findings)
+    assert sentence(made) == "No change is sure; plausible: com_offset, mass_offset."
+    made.findings, made.supported = (found("linear_drag"), *findings), ("linear_drag",)
+    assert sentence(made) == "Changed: linear_drag; plausible: com_offset, mass_offset."
+    assert sentence(answer(findings=findings)) == "No missing effect is supported."
 
 
 def test_the_sentence_tells_the_axes_whose_error_is_largest_beside_its_floor():

@@ -124,14 +124,14 @@ def stays(found: Diagnosis) -> dict[str, float]:
 
 
 def unnamed_change(found: Diagnosis) -> dict[str, float]:
-    """Axes that are judged whose error says that something changed which has no name, with how many times the floor it
-    is, the largest first: it is far above the floor or structured, and far above what healthy flights leave."""
+    """Axes that are judged whose error says that something changed which has no name, with how many times what any
+    healthy flight leaves it is, the largest first: it is far above that, and far above the floor or structured."""
     if found.healthy is None:
         return {}
     structured = {axis_group(s.axis) for s in found.unexplained.axes} - {None, *found.refused}
-    times = _over_floor(found)
-    grown = found.after.rmse > _FAR * found.usual
-    on = [a for i, a in enumerate(AXES) if grown[i] and (a in structured or a in stays(found))]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        times = dict(zip(AXES, (found.after.rmse / found.usual).tolist(), strict=True))
+    on = [a for a in AXES if times[a] > _FAR and (a in structured or a in stays(found))]
     return {a: times[a] for a in sorted(on, key=lambda a: -times[a])}
 
 
@@ -156,15 +156,7 @@ def _mended_by_file(found: Diagnosis) -> dict[str, float]:
 
 def sentence(found: Diagnosis) -> str:
     """What was found, in one sentence."""
-    parts = []
-    for name in found.supported:
-        f = found.finding(name)
-        others = [n for n in f.group if n != name]
-        apart = [f"or {' or '.join(others)}: not separable on these flights"] if others else []
-        said = [*([_changed(found, f)] if found.healthy is not None else []), *apart]
-        places = sorted(" ".join(str(v[k]) for k in v if k not in f.standard_errors) for v in f.instances)
-        every = f" ({' '.join(places)})" if len(places) > 1 and not any(said) else ""
-        parts.append(name + every + (f" ({'; '.join(x for x in said if x)})" if any(said) else ""))
+    parts = [_named(found, found.finding(name)) for name in found.supported]
     unnamed = unnamed_change(found)
     first = _missing(found, parts) if found.healthy is None else _changed_or_not(found, parts, unnamed)
     if not found.judged:
@@ -196,6 +188,16 @@ def sentence(found: Diagnosis) -> str:
     return first + "."
 
 
+def _named(found: Diagnosis, f: Finding) -> str:
+    """A name with what else it may be, and where healthy flights stand beside it by how much its numbers changed."""
+    others = [n for n in f.group if n != f.name]
+    apart = [f"or {' or '.join(others)}: not separable on these flights"] if others else []
+    said = [*([_changed(found, f)] if found.healthy is not None else []), *apart]
+    places = sorted(" ".join(str(v[k]) for k in v if k not in f.standard_errors) for v in f.instances)
+    every = f" ({' '.join(places)})" if len(places) > 1 and not any(said) else ""
+    return f.name + every + (f" ({'; '.join(x for x in said if x)})" if any(said) else "")
+
+
 def _missing(found: Diagnosis, parts: Sequence[str]) -> str:
     """What the model lacks of the vehicle, and apart from it what is of the log: its clocks, its sensors' constants."""
     sensors = {c.name for c in found.search.known if c.cls.place == "measurement"} if parts else set()
@@ -208,13 +210,24 @@ def _missing(found: Diagnosis, parts: Sequence[str]) -> str:
 
 def _changed_or_not(found: Diagnosis, parts: Sequence[str], unnamed: Mapping[str, float]) -> str:
     """What changed since the healthy flights, with or without a name."""
-    if not unnamed:
-        none = "No change has a name here" if found.unexplained.found else "Nothing changed that these flights can tell"
-        return f"Changed: {', '.join(parts)}" if parts else none
-    (axis, most), *others = unnamed.items()
-    times = ", ".join([f"{most:.3g} times its floor on {axis}", *(f"{x:.3g} times on {a}" for a, x in others)])
-    said = f"changed that has no name here: the error is {times}"
-    return f"Changed: {', '.join(parts)}; something else {said}" if parts else f"Something {said}"
+    plausible = [f for f in found.findings if f.verdict == "Plausible"]
+    plausible.sort(key=lambda f: -(f.evidence.rise if f.evidence else 0.0))
+    perhaps = [_named(found, f) for f in plausible[:_FIRST]]
+    if unnamed:
+        (axis, most), *others = unnamed.items()
+        times = f"{most:.3g} times what the healthy flights leave on {axis}"
+        times += "".join(f", {x:.3g} times on {a}" for a, x in others)
+        said = f"changed that has no name here: the error is {times}"
+        first = f"Changed: {', '.join(parts)}; something else {said}" if parts else f"Something {said}"
+    elif parts:
+        first = f"Changed: {', '.join(parts)}"
+    elif perhaps:
+        first = "No change is sure"
+    elif found.unexplained.found:
+        first = "No change has a name here"
+    else:
+        first = "Nothing changed that these flights can tell"
+    return first + (f"; plausible: {', '.join(perhaps)}" if perhaps else "")
 
 
 def _largest(found: Diagnosis, left: Sequence[Structure]) -> str:
