@@ -109,6 +109,17 @@ def test_poses_alone_are_imported_before_errors_are_asked_for(names, flown, tmp_
     assert next_command(found, Path("m.yaml"), Path("new.yaml")) == "infotraj check p.parquet --vehicle m.yaml"
 
 
+def test_logs_that_tell_a_balance_alone_are_held_against_healthy_ones(names, flown):
+    """Without attitude, gyro and accelerometer no error can be said, and a diagnosis takes the vehicle as level."""
+    lost = ["qw", "qx", "qy", "qz", "wx", "wy", "wz", "ax", "ay", "az"]
+    for name, table in zip(("now.parquet", "then.parquet"), flown, strict=False):
+        table.drop(columns=lost).to_parquet(name)
+    said = told("compare", names[0], "now.parquet", "--reference", "then.parquet")
+    assert said == ["diagnose", names[0], "now.parquet", "--reference", "then.parquet"]
+    runs(said)
+    assert told("compare", names[0], "now.parquet")[0] == "check"
+
+
 def test_an_option_that_the_next_command_has_not_is_left_out(names):
     said = told("locate", *names, "--window", "0.2", "--force-from", "velocity", "--least-excess", "0.3")
     assert not {"--window", "--force-from", "--least-excess", "--seed", "--from"} & set(said)

@@ -78,7 +78,7 @@ def compare_command(
     from infotraj.comparing import files, summary, thresholds
     from infotraj.comparing.comparison import Comparison, compare
     from infotraj.comparing.equation_error import WINDOW
-    from infotraj.comparing.following import measuring_command, say_nothing_left
+    from infotraj.comparing.following import say_nothing_left, say_unmeasured
     from infotraj.comparing.outputs import try_outputs
     from infotraj.comparing.rollouts import parse_horizons
     from infotraj.comparing.unscored import unscored
@@ -172,7 +172,7 @@ def compare_command(
     if summary.at_floor(comparison.models[0].overall):
         say_nothing_left(model, named)
     elif not comparison.models[0].overall.rows.any():
-        say_next(measuring_command(used, model))
+        say_unmeasured(used, model, [f.meta["source"] for f in others.flights])
     else:
         options = again("locate", reference=[f.meta["source"] for f in others.flights])
         say_next(f"infotraj locate {quoted(model, *named)}{options}")

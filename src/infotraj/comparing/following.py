@@ -15,6 +15,10 @@ from infotraj.suggested import again, quoted, unused
 
 _DERIVED = ((VELOCITY, POSITION), (RATE, ATTITUDE))  # by an import, and from what
 
+_BALANCE = (
+    "taken as level, these logs still tell the balance over seconds: `diagnose` holds it against the healthy flights"
+)
+
 
 def say_nothing_left(model: Path, flights: Sequence[str]) -> None:
     """That the error of every axis is at its floor, and the command that designs a flight which may tell more."""
@@ -32,6 +36,19 @@ def measuring_command(flights: Sequence[Flight], model: Path) -> str:
     if any(map(derivable, flights)):
         return f"infotraj import {named} -o {unused('flights')}/"
     return f"infotraj check {named} --vehicle {quoted(model)}"
+
+
+def say_unmeasured(flights: Sequence[Flight], model: Path, reference: Sequence[object]) -> None:
+    """What comes next where no axis can be said; reference: the healthy flights, if there are any.
+
+    Held against those the balance of a vehicle that is taken as level says something all the same: `diagnose` asks it.
+    """
+    if reference and not any(map(derivable, flights)) and all(f.has(*VELOCITY) for f in flights):
+        click.echo(_BALANCE, err=True)
+        named = quoted(model, *(f.meta.get("source", "flight") for f in flights))
+        say_next(f"infotraj diagnose {named}{again('diagnose', reference=reference)}")
+    else:
+        say_next(measuring_command(flights, model))
 
 
 def derivable(flight: Flight) -> bool:
