@@ -13,6 +13,7 @@ from infotraj.diagnosis.judge.evidence import Evidence
 from infotraj.diagnosis.judge.numbers import FileNumber
 from infotraj.diagnosis.judge.unexplained import Structure, Unexplained
 from infotraj.diagnosis.judge.verdicts import Finding
+from infotraj.diagnosis.linear.change import Change
 from infotraj.diagnosis.report.parts import parts
 from infotraj.diagnosis.report.reasons import why
 from infotraj.diagnosis.report.steps import HeldOut
@@ -106,6 +107,12 @@ def test_the_sentence_names_effects_with_those_that_they_cannot_be_told_from():
     findings = (found("mass_offset", "Not separable", pair), found("linear_drag"), found("thrust_scale", group=pair))
     made = answer(findings=findings, supported=("mass_offset", "linear_drag"))
     assert sentence(made) == ("Missing: mass_offset (or thrust_scale: not separable on these flights), linear_drag.")
+    by = {"thrust_scale": (Change("factor", True, 0.9, 0.02),)}
+    made.healthy, made.usual, made.changes = HEALTHY, 0.1 * ONES, lambda finding: by.get(finding.name, ())
+    assert sentence(made) == (
+        "Changed: mass_offset (or thrust_scale (factor 0.9 +- 0.02 times the healthy one): not separable on these "
+        "flights), linear_drag."
+    )
     assert sentence(answer()) == "No missing effect is supported."
     assert sentence(answer(judged=False, refused={"fx": "it hovers"})).endswith("missing: it hovers.")
 

@@ -190,12 +190,18 @@ def sentence(found: Diagnosis) -> str:
 
 def _named(found: Diagnosis, f: Finding) -> str:
     """A name with what else it may be, and where healthy flights stand beside it by how much its numbers changed."""
-    others = [n for n in f.group if n != f.name]
+    others = [_other(found, n) for n in f.group if n != f.name]
     apart = [f"or {' or '.join(others)}: not separable on these flights"] if others else []
     said = [*([_changed(found, f)] if found.healthy is not None else []), *apart]
     places = sorted(" ".join(str(v[k]) for k in v if k not in f.standard_errors) for v in f.instances)
     every = f" ({' '.join(places)})" if len(places) > 1 and not any(said) else ""
     return f.name + every + (f" ({'; '.join(x for x in said if x)})" if any(said) else "")
+
+
+def _other(found: Diagnosis, name: str) -> str:
+    """What a name may be instead, with its change."""
+    change = _changed(found, found.finding(name)) if found.healthy is not None else ""
+    return name + (f" ({change})" if change else "")
 
 
 def _missing(found: Diagnosis, parts: Sequence[str]) -> str:
