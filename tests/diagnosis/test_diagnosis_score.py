@@ -235,7 +235,7 @@ def test_what_flights_differ_by_counts_where_there_are_several(folds):
     assert made.covariance((0,))[1][0, 0] == pytest.approx(1.0 / (precision + SLAB**-2.0))
 
 
-def test_numbers_that_are_known_together_stay_as_likely_as_beside_the_effect():
+def test_numbers_that_are_known_together_stay_near_where_they_are_beside_the_effect():
     """The first number takes the effect's error; known to 0.1 it may go further than that by two deviations."""
     s = RNG.standard_normal((400, 3))
     s[:, 2] = s[:, 0]
@@ -251,6 +251,21 @@ def test_numbers_that_are_known_together_stay_as_likely_as_beside_the_effect():
         assert 0.8 < off <= 2.0 + 0.3
         assert theta[2] == 0.0
     assert np.abs(made.solution(()).each[:, 0]).min() > 0.5
+
+
+def test_one_number_does_not_take_what_many_others_are_off_by_to_make_up_for_an_effect():
+    """Twenty numbers are one deviation off, which the data tell; the one like the effect goes two further, not more."""
+    s = RNG.standard_normal((400, 22))
+    s[:, 21] = s[:, 0]
+    r = s[:, 1:21].sum(axis=1) * 0.1 + 3.0 * s[:, 21] + 0.3 * RNG.standard_normal(400)
+    prior = np.zeros((22, 22))
+    prior[:21, :21] = 0.01 * np.eye(21)
+    prior[0, 1] = prior[1, 0] = 1e-4
+    made = with_bounds(r, s, "abcdefghijklmnopqrstuv", [-9.0] * 22, [9.0] * 22, prior=prior)
+    beside = made.beside((), np.zeros((4, 22)), [21])
+    assert np.abs(beside[:, 0]).max() < 0.21
+    assert np.abs(beside[:, 0]).min() > 0.15
+    assert beside[:, 1:21].mean() == pytest.approx(0.1, abs=0.02)
 
 
 def test_a_number_of_the_file_stops_at_its_own_lowest_and_the_others_make_up_for_it():

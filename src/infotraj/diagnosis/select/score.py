@@ -23,6 +23,7 @@ from infotraj.rotations import Array
 BEAM = 12
 _PASSES = 4
 _HEAVY = 1e6  # times its own weight: what is known of the numbers holds them where they are
+_HALVINGS = 16  # of the logarithm of that weight
 _OFF = 2.0  # standard deviations that a file number is off by at most
 _SURE = 3.0  # standard errors within which a number may lie beyond a bound
 
@@ -184,38 +185,50 @@ class Scorer:
         return out
 
     def _beside_known(self, part: Array, columns: NDArray, mine: Sequence[int]) -> Array:
-        """The same (p,) for one part where numbers are known together: with `columns`, and as likely as beside `mine`.
+        """The same (p,) for one part where numbers are known together: near where they are with `mine` as well.
 
-        How unlikely numbers are is their squared distance in standard deviations (Mahalanobis).
+        They may be off from there by `_OFF` standard deviations in all (Mahalanobis' distance), along the one direction
+        that makes up for `mine` as well as along any other. A bound on how unlikely they are themselves would leave
+        that direction all that the others do not use.
         """
-        new, distance, _ = self._split(part, np.unique([*columns, *mine]).astype(int), 1.0)
-        most, weight = distance + _OFF**2, 1.0
-        while True:
-            new, distance, known = self._split(part, columns, weight)
-            if distance <= most or weight > _HEAVY:
-                break
-            weight *= 2.0
-        return new + known
+        near = self._split(part, np.unique([*columns, *mine]).astype(int))[1]
+        file, known, gram = self._together(part, columns)
+        right, count, at = part[0, 1:][np.concatenate([file, columns])], len(file), known @ near[file]
 
-    def _split(self, part: Array, columns: NDArray, weight: float) -> tuple[Array, float, Array]:
-        """What is new in these columns (p,), how far the numbers are off beside it (squared), and these (p,).
+        def held(weight: float) -> tuple[float, Array]:
+            inside, wanted = gram.copy(), right.copy()
+            inside[:count, :count] += (weight - 1.0) * known
+            wanted[:count] += weight * at
+            found = _solve(inside, wanted)
+            off = found[:count] - near[file]
+            return float(off @ known @ off), found
 
-        weight: of what is known of the numbers, against the data.
-        """
-        file, known, gram = self._together(part, columns, weight)
+        distance, found = held(1.0)
+        low, high = 1.0, _HEAVY
+        for _ in range(_HALVINGS if distance > _OFF**2 else 0):
+            weight = np.sqrt(low * high)
+            distance, tried = held(weight)
+            low, high, found = (weight, high, found) if distance > _OFF**2 else (low, weight, tried)
+        out = np.zeros(len(self.spike))
+        out[file] = found[:count]
+        out[columns] += found[count:]
+        return out
+
+    def _split(self, part: Array, columns: NDArray) -> tuple[Array, Array]:
+        """What is new in these columns (p,), and what the numbers that are known are off by beside it (p,)."""
+        file, _, gram = self._together(part, columns)
         found = _solve(gram, part[0, 1:][np.concatenate([file, columns])])
-        off = found[: len(file)]
         new, beside = np.zeros(len(self.spike)), np.zeros(len(self.spike))
-        new[columns], beside[file] = found[len(file) :], off
-        return new, float(off @ known @ off), beside
+        new[columns], beside[file] = found[len(file) :], found[: len(file)]
+        return new, beside
 
-    def _together(self, part: Array, columns: NDArray, weight: float) -> tuple[NDArray, Array, Array]:
+    def _together(self, part: Array, columns: NDArray) -> tuple[NDArray, Array, Array]:
         """Columns (f,) of what is known, how exactly (f, f), and products (f + c, f + c) with it, then of `columns`."""
         file = np.flatnonzero(self.spike > 0)
         both = np.concatenate([file, columns])
         known = _inverse(self.prior[np.ix_(file, file)])
         precision = np.eye(len(both)) / SLAB**2
-        precision[: len(file), : len(file)] = weight * known
+        precision[: len(file), : len(file)] = known
         return file, known, part[1:, 1:][np.ix_(both, both)] + precision
 
     def search(
@@ -278,8 +291,8 @@ class Scorer:
         (p,) on all folds, (folds, p) without each, and its standard deviation (p,), usual sizes.
         """
         columns = np.array(self._columns(chosen), dtype=int)
-        new = np.array([self._split(part, columns, 1.0)[0] for part in self.parts])
-        file, _, gram = self._together(self.parts[0], columns, 1.0)
+        new = np.array([self._split(part, columns)[0] for part in self.parts])
+        file, _, gram = self._together(self.parts[0], columns)
         error = np.zeros(len(self.spike))
         error[columns] = np.sqrt(np.diag(_solve(gram, np.eye(len(gram))))[len(file) :])
         new = np.clip(new, self.low, self.high)
