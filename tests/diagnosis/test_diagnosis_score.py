@@ -268,6 +268,17 @@ def test_one_number_does_not_take_what_many_others_are_off_by_to_make_up_for_an_
     assert beside[:, 1:21].mean() == pytest.approx(0.1, abs=0.02)
 
 
+def test_exact_data_do_not_move_what_is_known_of_numbers_further():
+    """Of what the data tell a million times better than it is known, as far as of anything else."""
+    s = 3e4 * RNG.standard_normal((400, 3))
+    s[:, 2] = s[:, 0]
+    r = 3.0 * s[:, 2] + 0.1 * RNG.standard_normal(400)
+    prior = np.zeros((3, 3))
+    prior[:2, :2] = [[0.01, 0.002], [0.002, 0.01]]
+    made = with_bounds(r, s, "abc", [-9.0] * 3, [9.0] * 3, prior=prior)
+    assert 0.15 < np.abs(made.beside((), np.zeros((4, 3)), [2])[:, 0]).max() < 0.21
+
+
 def test_a_number_of_the_file_stops_at_its_own_lowest_and_the_others_make_up_for_it():
     """A lag that the file holds may be shorter by a tenth, and one that is chosen is none that is shorter."""
     s = RNG.standard_normal((400, 2))

@@ -22,8 +22,8 @@ from infotraj.rotations import Array
 
 BEAM = 12
 _PASSES = 4
-_HEAVY = 1e6  # times its own weight: what is known of the numbers holds them where they are
-_HALVINGS = 16  # of the logarithm of that weight
+_HEAVY = 1e12  # times its own weight: what is known of the numbers holds them where they are
+_HALVINGS = 20  # of the logarithm of that weight
 _OFF = 2.0  # standard deviations that a file number is off by at most
 _SURE = 3.0  # standard errors within which a number may lie beyond a bound
 
@@ -203,12 +203,14 @@ class Scorer:
             off = found[:count] - near[file]
             return float(off @ known @ off), found
 
-        distance, found = held(1.0)
         low, high = 1.0, _HEAVY
-        for _ in range(_HALVINGS if distance > _OFF**2 else 0):
-            weight = np.sqrt(low * high)
-            distance, tried = held(weight)
-            low, high, found = (weight, high, found) if distance > _OFF**2 else (low, weight, tried)
+        distance, found = held(low)
+        if distance > _OFF**2:
+            found = held(high)[1]
+            for _ in range(_HALVINGS):
+                weight = np.sqrt(low * high)
+                distance, tried = held(weight)
+                low, high, found = (weight, high, found) if distance > _OFF**2 else (low, weight, tried)
         out = np.zeros(len(self.spike))
         out[file] = found[:count]
         out[columns] += found[count:]
