@@ -268,6 +268,16 @@ def test_one_number_does_not_take_what_many_others_are_off_by_to_make_up_for_an_
     assert beside[:, 1:21].mean() == pytest.approx(0.1, abs=0.02)
 
 
+def test_beside_an_effect_that_does_nothing_numbers_are_what_they_are_without_it():
+    s = RNG.standard_normal((40, 3))
+    s[:, 2] *= 1e-9
+    r = s @ [-0.3, 0.2, 0.0] + RNG.standard_normal(40)
+    prior = np.zeros((3, 3))
+    prior[:2, :2] = [[0.1, 0.02], [0.02, 0.1]]
+    made = with_bounds(r, s, "abc", [-9.0] * 3, [9.0] * 3, prior=prior)
+    np.testing.assert_allclose(made.beside((), np.zeros((4, 3)), [2]), made.solution(()).each)
+
+
 def test_exact_data_do_not_move_what_is_known_of_numbers_further():
     """Of what the data tell a million times better than it is known, as far as of anything else."""
     s = 3e4 * RNG.standard_normal((400, 3))

@@ -189,7 +189,8 @@ class Scorer:
 
         They may be off from there by `_OFF` standard deviations in all (Mahalanobis' distance), along the one direction
         that makes up for `mine` as well as along any other. A bound on how unlikely they are themselves would leave
-        that direction all that the others do not use.
+        that direction all that the others do not use. Numbers that are nearer are what they are without it;
+        others are held about there, as tightly as it takes.
         """
         near = self._split(part, np.unique([*columns, *mine]).astype(int))[1]
         file, known, gram = self._together(part, columns)
@@ -198,7 +199,7 @@ class Scorer:
         def held(weight: float) -> tuple[float, Array]:
             inside, wanted = gram.copy(), right.copy()
             inside[:count, :count] += (weight - 1.0) * known
-            wanted[:count] += weight * at
+            wanted[:count] += (weight - 1.0) * at
             found = _solve(inside, wanted)
             off = found[:count] - near[file]
             return float(off @ known @ off), found
