@@ -118,6 +118,8 @@ def test_logs_that_tell_a_balance_alone_are_held_against_healthy_ones(names, flo
     assert said == ["diagnose", names[0], "now.parquet", "--reference", "then.parquet"]
     runs(said)
     assert told("compare", names[0], "now.parquet")[0] == "check"
+    located = CliRunner().invoke(cli, ["locate", names[0], "now.parquet", "--reference", "then.parquet"])
+    assert "`infotraj diagnose --reference` holds its balance" in str(located.exception)
 
 
 def test_an_option_that_the_next_command_has_not_is_left_out(names):

@@ -110,7 +110,7 @@ def test_the_sentence_names_effects_with_those_that_they_cannot_be_told_from():
     by = {"thrust_scale": (Change("factor", True, 0.9, 0.02),)}
     made.healthy, made.usual, made.changes = HEALTHY, 0.1 * ONES, lambda finding: by.get(finding.name, ())
     assert sentence(made) == (
-        "Changed: mass_offset (or thrust_scale (factor 0.9 +- 0.02 times the healthy one): not separable on these "
+        "Changed: mass_offset (or thrust_scale by factor 0.9 +- 0.02 times the healthy one: not separable on these "
         "flights), linear_drag."
     )
     assert sentence(answer()) == "No missing effect is supported."
@@ -322,6 +322,14 @@ def test_a_change_that_is_plausible_is_told_and_nothing_changed_is_not_said():
     assert sentence(made) == "No change is sure; plausible: com_offset, mass_offset."
     made.findings, made.supported = (found("linear_drag"), *findings), ("linear_drag",)
     assert sentence(made) == "Changed: linear_drag; plausible: com_offset, mass_offset."
+    after = SimpleNamespace(rmse=np.array([0.385, *(0.05 * ONES[1:])]), floor=0.0185 * ONES)
+    made = answer(healthy=HEALTHY, usual=0.1 * ONES, findings=findings, after=after)
+    assert sentence(made).startswith(
+        "Something changed that has no name here: the error is 3.85 times what the healthy"
+    )
+    assert sentence(made).endswith(" on fx; plausible: com_offset, mass_offset.")
+    made.findings = [found(f"a{k}", "Plausible", rise=-k) for k in range(5)]
+    assert sentence(made).endswith("; plausible: a0, a1, a2, 2 more.")
     assert sentence(answer(findings=findings)) == "No missing effect is supported."
 
 

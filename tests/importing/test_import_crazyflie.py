@@ -144,7 +144,7 @@ def test_what_was_put_out_comes_before_what_was_asked_for(tmp_path: Path) -> Non
     np.testing.assert_allclose(found.get("battery"), 3.812)
     found = import_log(micro_sd(tmp_path / "log01", {**POSITION, **uncapped, **asked}))
     np.testing.assert_allclose(found.numbered("cmd_rotor_")[0], np.arange(1, 5) * 500 / 65535)
-    assert "by the firmware's version" in "".join(found.meta["notes"])
+    assert "depending on the firmware" in "".join(found.meta["notes"])
     found = import_log(micro_sd(tmp_path / "log02", {**POSITION, **uncapped}))
     np.testing.assert_array_equal(found.numbered("cmd_rotor_"), 0.0)
     assert "before the compensation of the battery" in "".join(found.meta["notes"])
@@ -158,6 +158,8 @@ def test_what_a_table_holds_of_the_motors_is_said_and_not_what_a_later_stream_la
     assert [note.split(", before")[0] for note in asked] == ["rotor_command: what was asked of the motors"]
     given = {f"pwm.m{k}_pwm": ("I", np.full(n, 1000 * k)) for k in (1, 2, 3, 4)}
     assert import_log(micro_sd(tmp_path / "log01", {**POSITION, **mix, **given})).meta["notes"] == []
+    chosen = {"rotor_command": {"fields": list(given)}}
+    assert import_log(micro_sd(tmp_path / "log03", {**POSITION, **mix, **given}), settings=chosen).meta["notes"] == []
     del given["pwm.m4_pwm"]
     half = import_log(micro_sd(tmp_path / "log02", {**POSITION, **mix, **given})).meta["notes"]
     assert [note.partition(" ")[2].split()[0] for note in half] == ["left", "what"]

@@ -1,11 +1,15 @@
 """Target `what_changed`: real flights with a known change against the vehicle's healthy ones. On request only."""
 
+from infotraj.experiment.real.what_changed import read_study
+
 WHAT_CHANGED = "config/studies/what_changed.yaml"
+CHANGED_GROUPS = checked(read_study, WHAT_CHANGED).groups
 
 
 rule what_changed_group:
     input:
         study=WHAT_CHANGED,
+        vehicle=lambda wildcards: CHANGED_GROUPS[wildcards.group],
     output:
         answers="results/what_changed/{group}.json",
     log:
@@ -13,7 +17,7 @@ rule what_changed_group:
     benchmark:
         "results/benchmarks/what_changed/{group}.tsv"
     wildcard_constraints:
-        group="controller_data|motor_data",
+        group="|".join(CHANGED_GROUPS),
     resources:
         mem_mb=1500,
     params:
@@ -26,7 +30,7 @@ rule what_changed_group:
 rule what_changed:
     input:
         study=WHAT_CHANGED,
-        answers=expand("results/what_changed/{group}.json", group=("controller_data", "motor_data")),
+        answers=expand("results/what_changed/{group}.json", group=list(CHANGED_GROUPS)),
     output:
         table="results/what_changed/table.csv",
         markdown="results/what_changed/table.md",

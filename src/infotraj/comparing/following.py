@@ -43,12 +43,17 @@ def say_unmeasured(flights: Sequence[Flight], model: Path, reference: Sequence[o
 
     Held against those the balance of a vehicle that is taken as level says something all the same: `diagnose` asks it.
     """
-    if reference and not any(map(derivable, flights)) and all(f.has(*VELOCITY) for f in flights):
+    if reference and all(map(tells_balance, flights)):
         click.echo(_BALANCE, err=True)
         named = quoted(model, *(f.meta.get("source", "flight") for f in flights))
         say_next(f"infotraj diagnose {named}{again('diagnose', reference=reference)}")
     else:
         say_next(measuring_command(flights, model))
+
+
+def tells_balance(flight: Flight) -> bool:
+    """Whether a flight without attitude says how it moves: taken as level, its thrust carries its weight."""
+    return flight.has(*VELOCITY) and not flight.has(*ATTITUDE)
 
 
 def derivable(flight: Flight) -> bool:

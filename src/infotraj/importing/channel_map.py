@@ -2,7 +2,8 @@
 
 The keys act in this order, whatever their order in the file: `unit`; `pick`, then `mix`; `absolute`; `scale`; `offset`;
 `clip`; for an attitude `order` or `euler` and `rotates`; the frames (`world`, `body`); `axes`, of an
-attitude `angle_signs`; `expressed_in` and `gravity_removed`. `shift` moves the time stamps and touches no value.
+attitude `angle_signs`; `expressed_in` and `gravity_removed`. `shift` moves the time stamps and touches no value;
+`remark` touches nothing.
 """
 
 from __future__ import annotations

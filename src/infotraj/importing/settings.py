@@ -111,7 +111,8 @@ def _stream(stream: StreamMap, settings: Settings, time: dict[str, Any]) -> Stre
 
 
 def _channel(name: str, mapped: ChannelMap, keys: dict[str, Any]) -> ChannelMap:
-    changed = _replaced(mapped, keys, name)
+    # A remark is of the mapping's own fields.
+    changed = _replaced(mapped, {"remark": None, **keys} if "fields" in keys else keys, name)
     try:
         check_channel(name, changed)
     except ValueError as error:

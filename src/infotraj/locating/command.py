@@ -68,7 +68,7 @@ def locate_command(
 
     from infotraj.comparing import files
     from infotraj.comparing.equation_error import WINDOW, equation_error
-    from infotraj.comparing.following import derivable, say_nothing_left
+    from infotraj.comparing.following import derivable, say_nothing_left, tells_balance
     from infotraj.comparing.outputs import try_outputs
     from infotraj.comparing.summary import at_floor
     from infotraj.comparing.unscored import unscored
@@ -98,8 +98,11 @@ def locate_command(
         error = equation_error(loaded, flight, **how)
         if not error.scored.any():
             what = f"{flight.meta['source']}: no row to search"
-            poses = derivable(flight)
-            remedy = "`infotraj import` derives velocity and rates from its poses." if poses else "Leave it out."
+            remedy = "Leave it out."
+            if derivable(flight):
+                remedy = "`infotraj import` derives velocity and rates from its poses."
+            elif reference and tells_balance(flight):
+                remedy = "`infotraj diagnose --reference` holds its balance, taken as level, against healthy flights."
             raise unscored(what, error.reasons.values(), error.left_out, len(error.t), error.window, remedy)
 
     def admitted(paths, seen):

@@ -27,7 +27,7 @@ from infotraj.importing import row_rate
 _RARE = 0.01  # s between commands: with more, a delay of half of it cannot be told
 _FAR = 3.0  # times the floor: an error that large, on an axis that is judged, is spoken of
 _MOST = 0.5  # of an axis' error: where numbers of the file take as much, the answer says so first
-_FIRST = 3  # numbers of the file, or axes, that the sentence tells, those that take or leave most
+_FIRST = 3  # numbers of the file, axes or plausible changes that the sentence tells, those that take or leave most
 _ORDER = ("Supported", "Not separable", "Plausible", "Not needed", "Not testable here")
 
 
@@ -191,7 +191,7 @@ def sentence(found: Diagnosis) -> str:
 def _named(found: Diagnosis, f: Finding) -> str:
     """A name with what else it may be, and where healthy flights stand beside it by how much its numbers changed."""
     others = [_other(found, n) for n in f.group if n != f.name]
-    apart = [f"or {' or '.join(others)}: not separable on these flights"] if others else []
+    apart = [f"{', '.join(f'or {n}' for n in others)}: not separable on these flights"] if others else []
     said = [*([_changed(found, f)] if found.healthy is not None else []), *apart]
     places = sorted(" ".join(str(v[k]) for k in v if k not in f.standard_errors) for v in f.instances)
     every = f" ({' '.join(places)})" if len(places) > 1 and not any(said) else ""
@@ -201,7 +201,7 @@ def _named(found: Diagnosis, f: Finding) -> str:
 def _other(found: Diagnosis, name: str) -> str:
     """What a name may be instead, with its change."""
     change = _changed(found, found.finding(name)) if found.healthy is not None else ""
-    return name + (f" ({change})" if change else "")
+    return name + (f" by {change}" if change else "")
 
 
 def _missing(found: Diagnosis, parts: Sequence[str]) -> str:
@@ -219,6 +219,7 @@ def _changed_or_not(found: Diagnosis, parts: Sequence[str], unnamed: Mapping[str
     plausible = [f for f in found.findings if f.verdict == "Plausible"]
     plausible.sort(key=lambda f: -(f.evidence.rise if f.evidence else 0.0))
     perhaps = [_named(found, f) for f in plausible[:_FIRST]]
+    perhaps += [f"{len(plausible) - _FIRST} more"] if len(plausible) > _FIRST else []
     if unnamed:
         (axis, most), *others = unnamed.items()
         times = f"{most:.3g} times what the healthy flights leave on {axis}"

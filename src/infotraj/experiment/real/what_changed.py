@@ -79,6 +79,7 @@ def answer_group(study: str | Path, group: str, data_dir: str | Path | None, out
             if not found.judged:
                 row["refused"] = next(iter(found.refused.values()))
             row["found"] = [_told(found, f) for f in found.findings if f.verdict in FOUND]
+            row["plausible"] = [f.name for f in found.findings if f.verdict == "Plausible"]
             row["notes"] = [d.reason for d in found.doubts if not d.refuses]
         answers.append(row)
         print(group, *key, [t["name"] for t in row["found"]], row["refused"], flush=True)
@@ -148,6 +149,10 @@ def _groups(found: Sequence[Mapping[str, Any]]) -> list[str]:
     return [" or ".join(said(t) for t in found if tuple(t["group"]) == g) for g in groups]
 
 
+def _in_table(said: str, plausible: str) -> str:
+    return (said or "nothing") + (f" (plausible: {plausible})" if plausible else "")
+
+
 def write_what_changed(
     study: str | Path, answers: Sequence[str | Path], table: str | Path, markdown: str | Path, *figures: str | Path
 ) -> None:
@@ -162,6 +167,7 @@ def write_what_changed(
             "doubtful": a["condition"] == asked.healthy and a["log"] in asked.doubtful,
             "found": "; ".join("|".join(g) for g in dict.fromkeys(tuple(t["group"]) for t in a["found"])),
             "said": "; ".join(_groups(a["found"])), "refused": a["refused"],
+            "plausible": "; ".join(a.get("plausible", ())),
             "rotor": weak[0]["parameters"]["rotor"] + 1 if weak else None,
             "change": change(weak[0]) if weak else None,
             "size": asked.conditions[a["condition"]].size if a["condition"] in asked.conditions else None,
@@ -172,7 +178,7 @@ def write_what_changed(
     for (group, condition), part in made.groupby(["group", "condition"], sort=True):
         count = part["judged"].value_counts()
         counts = ", ".join(f"{n} {word}" for word, n in count.items())
-        words = " / ".join(s or "nothing" for s in part["said"])
+        words = " / ".join(_in_table(s, p) for s, p in zip(part["said"], part["plausible"], strict=True))
         cells.append([group, condition, counts, words])
     header = ["logs", "what was done", "of the flights", "answered, flight by flight"]
     text = typeset.markdown(header, cells)
