@@ -110,7 +110,7 @@ def test_the_sentence_names_effects_with_those_that_they_cannot_be_told_from():
     by = {"thrust_scale": (Change("factor", True, 0.9, 0.02),)}
     made.healthy, made.usual, made.changes = HEALTHY, 0.1 * ONES, lambda finding: by.get(finding.name, ())
     assert sentence(made) == (
-        "Changed: mass_offset (or thrust_scale by factor 0.9 +- 0.02 times the healthy one: not separable on these "
+        "Changed: mass_offset (or thrust_scale, factor 0.9 +- 0.02 times the healthy one: not separable on these "
         "flights), linear_drag."
     )
     assert sentence(answer()) == "No missing effect is supported."

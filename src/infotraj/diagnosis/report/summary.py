@@ -191,7 +191,7 @@ def sentence(found: Diagnosis) -> str:
 def _named(found: Diagnosis, f: Finding) -> str:
     """A name with what else it may be, and where healthy flights stand beside it by how much its numbers changed."""
     others = [_other(found, n) for n in f.group if n != f.name]
-    apart = [f"{', '.join(f'or {n}' for n in others)}: not separable on these flights"] if others else []
+    apart = [f"{'; '.join(f'or {n}' for n in others)}: not separable on these flights"] if others else []
     said = [*([_changed(found, f)] if found.healthy is not None else []), *apart]
     places = sorted(" ".join(str(v[k]) for k in v if k not in f.standard_errors) for v in f.instances)
     every = f" ({' '.join(places)})" if len(places) > 1 and not any(said) else ""
@@ -201,7 +201,7 @@ def _named(found: Diagnosis, f: Finding) -> str:
 def _other(found: Diagnosis, name: str) -> str:
     """What a name may be instead, with its change."""
     change = _changed(found, found.finding(name)) if found.healthy is not None else ""
-    return name + (f" by {change}" if change else "")
+    return name + (f", {change}" if change else "")
 
 
 def _missing(found: Diagnosis, parts: Sequence[str]) -> str:
