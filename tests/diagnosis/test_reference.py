@@ -215,6 +215,18 @@ def test_errors_stand_beside_those_of_healthy_flights(tmp_path):
     assert abs(content["bias"]["fz"]) > 10 * max(map(abs, healthy))
 
 
+def test_a_page_is_made_of_logs_that_tell_a_balance_alone(tmp_path):
+    """The healthy flights are taken as level there as well: their model has a steady force, which needs an attitude."""
+    lost = ["qw", "qx", "qy", "qz", "wx", "wy", "wz", "ax", "ay", "az"]
+    paths = []
+    for k, f in enumerate([*flights("{}", (0, 1)), *flights(json.dumps(WEAK), (10,))]):
+        paths.append(tmp_path / f"{k}.parquet")
+        f.table.drop(columns=lost).to_parquet(paths[-1])
+    made = run("report", QUADROTOR, paths[2], "--reference", *paths[:2], "-o", tmp_path / "page.html")
+    assert made.exit_code == 0, made.output
+    assert "no attitude: the vehicle is taken as level" in (tmp_path / "page.html").read_text()
+
+
 def test_a_recording_holds_both_models_beside_healthy_flights(tmp_path):
     paths, weaker = [], tmp_path / "weaker.yaml"
     for k, f in enumerate([*flights("{}", (0, 1)), *flights(json.dumps(WEAK), (10, 11))]):

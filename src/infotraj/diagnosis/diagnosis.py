@@ -336,19 +336,19 @@ def learn(
         # Of what is not predicted nothing can be identified: it is only said what is usual.
         every = [*known, *file_only(model.vehicle, known, seen)]
         usual = linearised(replace(observation, balance=balance), held, every)
-        return learned(around_usual(usual, every), flights, 1.0)
+        return learned(around_usual(usual, every), seen, 1.0)
     if balance:
         search, whole, _ = search_on(replace(observation, balance=balance), doubts)
     if not search.known:
         why = next(iter(refused_axes(doubts).values()), "no effect can be tested on them")
         raise InputError(problem(f"the healthy flights: {why}", "flights that can be judged", "Choose others."))
     reached("numbers")
-    return learned(around_fit(whole, [*search.known, *products(search.known)]), flights, overdispersion(whole)[0])
+    return learned(around_fit(whole, [*search.known, *products(search.known)]), seen, overdispersion(whole)[0])
 
 
 def _usual(model: Model, healthy: Healthy, start: float | None, stop: float | None) -> Array:
     """The largest error that the healthy model leaves on any healthy flight, (6,)."""
-    made = refusal.compared(model, [as_level(f) for f in healthy.flights], start, stop)
+    made = refusal.compared(model, healthy.flights, start, stop)
     return np.fmax.reduce([statistics([e]).rmse for e in made])
 
 

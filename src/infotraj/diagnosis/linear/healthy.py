@@ -23,7 +23,7 @@ class Healthy:
     rather (q,), covariance (q, q): what the flights would rather have these numbers be than what `effects` and file
     say, and how well they know that, usual sizes; scatter (q,): what each differs by from healthy flight to healthy
     flight, standard deviation; balance: axes of torque of which the balance over seconds alone is predicted; flights:
-    those that it was learned from.
+    those that it was learned from, taken as level where they have no attitude.
     """
 
     effects: dict[str, Effect]
