@@ -20,6 +20,7 @@ from infotraj.diagnosis.report.steps import HeldOut
 from infotraj.diagnosis.report.summary import as_dict, as_text, sentence, stays
 from infotraj.effects.registry import effect_class
 from infotraj.flight import Flight
+from infotraj.report.formats import changes
 from infotraj.sparse_commands import COMMAND_STEPS
 from infotraj.suggested import again
 
@@ -331,6 +332,33 @@ def test_a_change_that_is_plausible_is_told_and_nothing_changed_is_not_said():
     made.findings = [found(f"a{k}", "Plausible", rise=-k) for k in range(5)]
     assert sentence(made).endswith("; plausible: a0, a1, a2, 2 more.")
     assert sentence(answer(findings=findings)) == "No missing effect is supported."
+
+
+def test_every_rotor_that_changed_is_told_with_its_change():
+    rotors = ({"rotor": 0, "factor": 0.89}, {"rotor": 5, "factor": 0.93})
+    weak = replace(
+        found("rotor_effectiveness"), parameters=rotors[0], standard_errors={"factor": 0.01}, instances=rotors,
+        instance_errors=({"factor": 0.01}, {"factor": 0.02}),
+    )  # fmt: skip
+    usual = {"parameters": {"factor": 0.98}, "standard_errors": {"factor": 0.05}}
+    made = answer(
+        healthy=SimpleNamespace(flights=(), balance=()), usual=0.1 * ONES, findings=(weak,),
+        supported=("rotor_effectiveness",), healthy_numbers=lambda f: usual,
+        changes=lambda f: (Change("factor", True, f.parameters["factor"], f.standard_errors["factor"]),),
+    )  # fmt: skip
+    assert sentence(made) == (
+        "Changed: rotor_effectiveness (rotor 0: factor 0.89 +- 0.01 times the healthy one; "
+        "rotor 5: factor 0.93 +- 0.02 times the healthy one)."
+    )
+    lines = [line.strip() for line in as_text(made).splitlines()]
+    k = lines.index("and rotor=5 factor=0.93")
+    assert lines[k - 1] == "changed: factor 0.89 +- 0.01 times the healthy one"
+    assert lines[k + 1 : k + 3] == [
+        "now factor=0.93; healthy factor=0.98 +- 0.05", "changed: factor 0.93 +- 0.02 times the healthy one"
+    ]  # fmt: skip
+    row = as_dict(made)["effects"][0]
+    assert [c["times_healthy"] for c in (*row["change"], *row["other_changes"][0])] == [0.89, 0.93]
+    assert changes(row)[1] == "and rotor 5: factor 0.930 ± 0.020 times the healthy one"
 
 
 def test_the_sentence_tells_the_axes_whose_error_is_largest_beside_its_floor():

@@ -30,9 +30,19 @@ def numbers(row: dict[str, Any], about: dict[str, Any], key: str = "parameters")
 
 
 def changes(row: dict[str, Any]) -> list[str]:
-    """By how much the numbers of an effect differ from the healthy ones, with errors and units, a line each."""
+    """By how much the numbers of an effect, and of its other instances, differ from the healthy ones, with errors and
+    units, a line each."""
+    lines = _changes(row.get("change", ()))
+    others = [values for values in row.get("instances", ()) if values != row["parameters"]]
+    for values, change in zip(others, row.get("other_changes", ()), strict=False):
+        place = ", ".join(f"{k} {v}" for k, v in values.items() if k not in row["standard_errors"])
+        lines += [f"and {place}: {line}" for line in _changes(change)]
+    return lines
+
+
+def _changes(change: Sequence[dict[str, Any]]) -> list[str]:
     lines = []
-    for c in row.get("change", ()):
+    for c in change:
         if "times_healthy" in c:
             lines.append(f"{c['name']} {_with_error(c['times_healthy'], c['standard_error'])} times the healthy one")
         else:

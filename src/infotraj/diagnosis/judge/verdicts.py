@@ -45,8 +45,16 @@ class Finding:
     standard_errors: dict[str, Any]
     reason: str = ""
     instances: tuple[dict[str, Any], ...] = ()
+    instance_errors: tuple[dict[str, Any], ...] = ()
     unsure: bool = False
     of_file: bool = False
+
+    @property
+    def each(self) -> tuple[Finding, ...]:
+        """The finding once for each instance, with that one's numbers and their standard errors, itself first."""
+        pairs = zip(self.instances, self.instance_errors or ({},) * len(self.instances), strict=True)
+        others = (replace(self, parameters=v, standard_errors=e) for v, e in pairs if v != self.parameters)
+        return (self, *others)
 
 
 _Alike = tuple[Member, dict[str, Any], Rival | None]  # a member of a group, its standard errors, and its fit
@@ -75,14 +83,14 @@ class Judge:
         """
         out: dict[str, Finding] = {}
         stand: dict[str, Rival] = {}
-        each: dict[str, list[tuple[bool, dict[str, Any]]]] = {}
+        each: dict[str, list[tuple[bool, dict[str, Any], dict[str, Any]]]] = {}
         # What stands in the place of two is told in the group in which it takes most off.
         count = max(sum(j.needed for j in self.judged), 1)
         for k, j in enumerate(sorted(self.judged, key=lambda j: -j.evidence.gain)):
             reached("naming", k, count)
             name = j.member.candidate.name
             if j.needed:
-                each.setdefault(name, []).append((self._doubt(j)[0] is None, values_of(j.member)))
+                each.setdefault(name, []).append((self._doubt(j)[0] is None, values_of(j.member), j.errors))
             for f, rival in self._of_member(j):
                 old = out.get(f.name)
                 if old is None or (old.verdict not in CONFIDENT and f.verdict in CONFIDENT):
@@ -95,9 +103,10 @@ class Judge:
                 out.setdefault(name, Finding(name, "Not needed", (name,), None, values_of(m), errors, reason))
         for name, many in each.items():
             # Beside one that is named those that are only plausible are not.
-            values = [x for sure, x in many if sure] or [x for _, x in many]
-            if len(values) > 1 and name in out:
-                out[name] = replace(out[name], instances=tuple(values))
+            told = [x for x in many if x[0]] or many
+            if len(told) > 1 and name in out:
+                values, own = tuple(v for _, v, _ in told), tuple(e for _, _, e in told)
+                out[name] = replace(out[name], instances=values, instance_errors=own)
         for name in self.order:
             if name not in out:
                 absent = Finding(name, "Not testable here", (name,), None, {}, {}, hidden.get(name, ""))

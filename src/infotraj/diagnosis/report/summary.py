@@ -40,7 +40,7 @@ def as_dict(found: Diagnosis) -> dict[str, Any]:
             **({"unnamed_change": unnamed_change(found)} if found.healthy is not None else {}),
             "summary": sentence(found),
         },
-        "effects": [_effect(f, found.healthy_numbers(f), found.changes(f)) for f in found.findings],
+        "effects": [_effect(f, found.healthy_numbers(f), [found.changes(x) for x in f.each]) for f in found.findings],
         "corrected": [{"name": e.name, "parameters": v, "standard_errors": s} for e, v, s in _corrected(found)],
         "reference": _reference(found),
         "load": None if (load := added_load(found)) is None else load.as_dict(),
@@ -192,7 +192,7 @@ def _named(found: Diagnosis, f: Finding) -> str:
     """A name with what else it may be, and where healthy flights stand beside it by how much its numbers changed."""
     others = [_other(found, n) for n in f.group if n != f.name]
     apart = [f"{'; '.join(f'or {n}' for n in others)}: not separable on these flights"] if others else []
-    said = [*([_changed(found, f)] if found.healthy is not None else []), *apart]
+    said = [*([_changed(found, x) for x in f.each] if found.healthy is not None else []), *apart]
     places = sorted(" ".join(str(v[k]) for k in v if k not in f.standard_errors) for v in f.instances)
     every = f" ({' '.join(places)})" if len(places) > 1 and not any(said) else ""
     return f.name + every + (f" ({'; '.join(x for x in said if x)})" if any(said) else "")
@@ -244,6 +244,16 @@ def _largest(found: Diagnosis, left: Sequence[Structure]) -> str:
     return ", ".join(list(dict.fromkeys(axis_in_words(s.axis) for s in far))[:_FIRST])
 
 
+def _beside_healthy(found: Diagnosis, f: Finding) -> list[str]:
+    """What the numbers of an effect are now and on healthy flights, and by how much they changed, a line each."""
+    usual = found.healthy_numbers(f)
+    if usual is None:
+        return []
+    said = [f"{k}={_plus_minus(v, usual['standard_errors'][k])}" for k, v in usual["parameters"].items()]
+    now = [f"{k}={_short(v)}" for k, v in f.parameters.items() if k in usual["parameters"]]
+    return [f"now {' '.join(now)}; healthy {' '.join(said)}", *(f"changed: {_change(c)}" for c in found.changes(f))]
+
+
 def _changed(found: Diagnosis, f: Finding) -> str:
     """By how much the numbers of an effect changed, and of which rotor; empty where healthy flights do not say."""
     told = found.changes(f)
@@ -270,17 +280,12 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
         quiet = f.verdict in ("Not needed", "Not testable here")
         if quiet and not verbose:
             continue
-        usual = found.healthy_numbers(f)
         # Beside healthy flights an error is that of the change, which stands below.
-        lines.append(_row(f, f.standard_errors if usual is None else {}))
-        if usual is not None and not quiet:
-            said = [f"{k}={_plus_minus(v, usual['standard_errors'][k])}" for k, v in usual["parameters"].items()]
-            now = [f"{k}={_short(v)}" for k, v in f.parameters.items() if k in usual["parameters"]]
-            lines.append(f"{'':<20}now {' '.join(now)}; healthy {' '.join(said)}")
-            lines += [f"{'':<20}changed: {_change(c)}" for c in found.changes(f)]
-        if not quiet and usual is None:
-            others = (values for values in f.instances if values != f.parameters)
-            lines += [f"{'':<20}and {' '.join(f'{k}={_short(v)}' for k, v in values.items())}" for values in others]
+        lines.append(_row(f, f.standard_errors if found.healthy_numbers(f) is None else {}))
+        for k, x in enumerate(f.each if not quiet else ()):
+            if k > 0:
+                lines.append(f"{'':<20}and {' '.join(f'{key}={_short(v)}' for key, v in x.parameters.items())}")
+            lines += [f"{'':<20}{line}" for line in _beside_healthy(found, x)]
         if f.reason:
             lines.append(f"{'':<20}{f.reason}")
     if not verbose:
@@ -406,8 +411,10 @@ def _short(value: Any) -> str:
     return "?" if value is None else f"{value:.4g}"
 
 
-def _effect(f: Finding, usual: dict[str, Any] | None, changes: Sequence[Change] = ()) -> dict[str, Any]:
+def _effect(f: Finding, usual: dict[str, Any] | None, changes: Sequence[Sequence[Change]] = ((),)) -> dict[str, Any]:
+    """changes: of the finding, and of its other instances."""
     e = f.evidence
+    own, *others = [[c.as_dict() for c in some] for some in changes]
     return {
         "name": f.name,
         "verdict": f.verdict,
@@ -424,6 +431,7 @@ def _effect(f: Finding, usual: dict[str, Any] | None, changes: Sequence[Change] 
         "standard_errors": f.standard_errors,
         "reason": f.reason or None,
         "of_file": f.of_file,
-        **({"reference": usual, "change": [c.as_dict() for c in changes]} if usual is not None else {}),
+        **({"reference": usual, "change": own} if usual is not None else {}),
         **({"instances": list(f.instances)} if f.instances else {}),
+        **({"other_changes": others} if usual is not None and others else {}),
     }
