@@ -69,8 +69,9 @@ def test_the_sentence_and_the_page_say_the_change_with_its_own_error():
         names[1]: (Change("r", False, [0.005, 0.0, None], [1e-4, 2e-4, None], "m"),),
     }
     found = SimpleNamespace(
-        supported=names, finding=lambda n: findings[names.index(n)], changes=lambda f: told[f.name], healthy=object(),
-        judged=True, refused={}, file=(), unexplained=Unexplained(False, ()), beside=(), usual=np.ones(6),
+        supported=names, findings=findings, finding=lambda n: findings[names.index(n)], healthy=object(),
+        changes=lambda f: told[f.name], judged=True, refused={}, file=(), unexplained=Unexplained(False, ()),
+        beside=(), usual=np.ones(6),
         after=SimpleNamespace(rmse=np.ones(6), floor=np.ones(6)),
     )  # fmt: skip
     assert sentence(found) == (
