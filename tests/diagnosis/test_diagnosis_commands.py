@@ -119,9 +119,12 @@ def test_the_json_has_every_key_for_every_effect(paths, tmp_path):
 
 def test_all_instances_of_an_effect_are_written_and_no_key_where_it_has_one():
     rotors = ({"rotor": 3, "factor": 0.8}, {"rotor": 1, "factor": 0.9})
-    weak = Finding("rotor_effectiveness", "Supported", ("rotor_effectiveness",), None, rotors[0], {}, instances=rotors)
+    errors = ({"factor": 0.01}, {"factor": 0.02})
+    name = "rotor_effectiveness"
+    weak = Finding(name, "Supported", (name,), None, rotors[0], errors[0], instances=rotors, instance_errors=errors)
     assert _effect(weak, None)["instances"] == [*rotors]
-    assert "instances" not in _effect(replace(weak, instances=()), None)
+    assert [f.standard_errors for f in weak.each] == [*errors]
+    assert "instances" not in _effect(replace(weak, instances=(), instance_errors=()), None)
 
 
 def test_the_part_that_was_fitted_is_recorded_and_shown(paths, tmp_path):

@@ -132,7 +132,13 @@ def test_what_is_of_the_log_is_told_apart_from_what_the_vehicle_lacks():
 def test_every_rotor_that_is_named_stands_in_the_table_and_in_the_sentence():
     rotors = ({"rotor": 1, "factor": 1.062}, {"rotor": 2, "factor": 1.061})
     errors = {"factor": 0.09}
-    of_two = replace(found("rotor_effectiveness"), parameters=rotors[0], standard_errors=errors, instances=rotors)
+    of_two = replace(
+        found("rotor_effectiveness"),
+        parameters=rotors[0],
+        standard_errors=errors,
+        instances=rotors,
+        instance_errors=(errors, errors),
+    )
     made = answer(findings=[of_two], supported=("rotor_effectiveness",))
     assert "\n                    and rotor=2 factor=1.061\n" in as_text(made)
     assert "and rotor" not in as_text(answer(findings=[replace(of_two, verdict="Not needed")]))

@@ -72,7 +72,6 @@ class ChannelMap(Strict):
     states: dict[int, Literal[0, 1] | None] | None = Field(
         None, description="airborne only: number in the log: 1 in the air, 0 not, null says nothing; others are skipped"
     )
-
     remark: str | None = Field(None, description="what whoever reads the table has to know of it; the import says it")
 
     @model_validator(mode="after")

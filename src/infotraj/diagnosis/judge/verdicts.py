@@ -52,7 +52,7 @@ class Finding:
     @property
     def each(self) -> tuple[Finding, ...]:
         """The finding once for each instance, with that one's numbers and their standard errors, itself first."""
-        pairs = zip(self.instances, self.instance_errors or ({},) * len(self.instances), strict=True)
+        pairs = zip(self.instances, self.instance_errors, strict=True)
         others = (replace(self, parameters=v, standard_errors=e) for v, e in pairs if v != self.parameters)
         return (self, *others)
 
