@@ -364,7 +364,9 @@ def test_every_rotor_that_changed_is_told_with_its_change():
     ]  # fmt: skip
     row = as_dict(made)["effects"][0]
     assert [c["times_healthy"] for c in (*row["change"], *row["other_changes"][0])] == [0.89, 0.93]
-    assert changes(row)[1] == "and rotor 5: factor 0.930 ± 0.020 times the healthy one"
+    assert changes(row) == [
+        "rotor 0: factor 0.890 ± 0.010 times the healthy one", "rotor 5: factor 0.930 ± 0.020 times the healthy one"
+    ]  # fmt: skip
 
 
 def test_the_sentence_tells_the_axes_whose_error_is_largest_beside_its_floor():

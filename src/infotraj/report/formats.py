@@ -32,12 +32,13 @@ def numbers(row: dict[str, Any], about: dict[str, Any], key: str = "parameters")
 def changes(row: dict[str, Any]) -> list[str]:
     """By how much the numbers of an effect, and of its other instances, differ from the healthy ones, with errors and
     units, a line each."""
-    lines = _changes(row.get("change", ()))
-    others = [values for values in row.get("instances", ()) if values != row["parameters"]]
-    for values, change in zip(others, row.get("other_changes", ()), strict=False):
-        place = ", ".join(f"{k} {v}" for k, v in values.items() if k not in row["standard_errors"])
-        lines += [f"and {place}: {line}" for line in _changes(change)]
-    return lines
+    own, others = _changes(row.get("change", ())), row.get("other_changes", ())
+    if not others:
+        return own
+    each = [row["parameters"], *(values for values in row["instances"] if values != row["parameters"])]
+    places = [", ".join(f"{k} {v}" for k, v in x.items() if k not in row["standard_errors"]) for x in each]
+    told = zip(places, (own, *map(_changes, others)), strict=True)
+    return [f"{place}: {line}" for place, lines in told for line in lines]
 
 
 def _changes(change: Sequence[dict[str, Any]]) -> list[str]:
