@@ -50,6 +50,7 @@ def answer(**changed):
         healthy_numbers=lambda finding: None,
         changes=lambda finding: (),
         usual=np.full(6, np.nan),
+        of_day=np.full(6, np.nan),
         by_file=np.zeros(6),
         judged=True,
         refused={},
@@ -312,6 +313,20 @@ def test_an_error_far_above_what_healthy_flights_leave_is_a_change_without_a_nam
     )
     made.findings, made.supported = (found("linear_drag"),), ("linear_drag",)
     assert sentence(made).startswith("Changed: linear_drag; something else changed that has no name here: the error is")
+
+
+def test_an_error_that_healthy_numbers_explain_as_a_day_may_have_them_is_no_change():
+    """All of fx is beside numbers that differ from day to day, and a half of fy."""
+    after = SimpleNamespace(rmse=np.array([0.4, 0.4, 0.05, 0.05, 0.05, 0.02]), floor=0.0185 * ONES)
+    of_day = np.array([0.05, 0.2, 0.05, np.nan, 0.05, 0.02])
+    made = answer(after=after, healthy=HEALTHY, usual=0.02 * ONES, of_day=of_day)
+    assert sentence(made).startswith("Something changed that has no name here: the error is 10 times what the healthy")
+    assert list(as_dict(made)["verdict"]["unnamed_change"]) == ["fy"]
+    text = as_text(made)
+    assert "0.4 N of error stay on fx: what differs from one day to the next; the healthy flights" in text
+    assert "0.4 N of error stay on fy: what has no name; the healthy flights leave at most 0.02" in text
+    made.of_day = np.full(6, np.nan)
+    assert list(as_dict(made)["verdict"]["unnamed_change"]) == ["fx", "fy"]
 
 
 def test_nothing_changed_is_not_said_where_structured_error_is_left():

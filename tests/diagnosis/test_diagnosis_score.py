@@ -253,6 +253,29 @@ def test_numbers_that_are_known_together_stay_near_where_they_are_beside_the_eff
     assert np.abs(made.solution(()).each[:, 0]).min() > 0.5
 
 
+def test_a_days_numbers_are_those_of_the_posterior_but_for_a_way_that_no_day_goes():
+    """Two numbers known to 0.5 and 0.05 together, the second 0.5 off; beside them one that is chosen."""
+    s = RNG.standard_normal((400, 3))
+    prior = np.zeros((3, 3))
+    prior[:2, :2] = [[0.25, 0.01], [0.01, 0.0025]]
+
+    def of(off, chosen=(2,)):
+        r = s @ [0.4, off, 1.5] + 0.01 * RNG.standard_normal(400)
+        made = with_bounds(r, s, "abc", [-9.0] * 3, [9.0] * 3, prior=prior, given=np.full(3, 0.1))
+        return made.of_a_day(chosen) - 0.1, r
+
+    near, r = of(0.05)
+    known = np.zeros((3, 3))
+    known[:2, :2], known[2, 2] = np.linalg.inv(prior[:2, :2]), SLAB**-2.0
+    np.testing.assert_allclose(near, np.linalg.solve(s.T @ s + known, s.T @ r), atol=1e-9)
+    far, _ = of(0.5)
+    distance = np.sqrt(far[:2] @ np.linalg.solve(prior[:2, :2], far[:2]))
+    assert 3.0 - 1e-9 < distance <= np.hypot(3.0, 3.0)
+    assert far[1] < 0.2 < far[0]
+    # Of nothing that is chosen the known numbers alone are told.
+    assert of(0.05, ())[0][2] == 0.0
+
+
 def test_one_number_does_not_take_what_many_others_are_off_by_to_make_up_for_an_effect():
     """Twenty numbers are one deviation off, which the data tell; the one like the effect goes two further, not more."""
     s = RNG.standard_normal((400, 22))

@@ -34,7 +34,7 @@ from infotraj.diagnosis.measure.residual import FlightSamples
 from infotraj.diagnosis.select.around import linearised
 from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.fit import Fit
-from infotraj.diagnosis.select.learned import around_fit, around_usual, learned, straight
+from infotraj.diagnosis.select.learned import around_fit, around_usual, learned, of_a_day, straight
 from infotraj.diagnosis.select.prior import file_only
 from infotraj.diagnosis.select.reading import as_commanded
 from infotraj.diagnosis.select.search import Search
@@ -66,7 +66,8 @@ class Diagnosis:
     that of the model that is given; beside: labels of its effects that are no finding and correct the file, for the
     named ones to hold; start, stop: s, the part of every flight that was used; healthy: what they were held against in
     place of the model; usual (6,): the largest error that it leaves on any of its own flights, NaN where that is not
-    known; by_file (6,): share of the error that what corrects the file takes off.
+    known; of_day (6,): the error that stays where the healthy numbers are as the day of these flights may have them;
+    by_file (6,): share of the error that what corrects the file takes off.
     """
 
     findings: tuple[Finding, ...]
@@ -90,6 +91,7 @@ class Diagnosis:
     stop: float | None = None
     healthy: Healthy | None = None
     usual: Array = field(default_factory=lambda: _unknown())
+    of_day: Array = field(default_factory=lambda: _unknown())
     by_file: Array = field(default_factory=lambda: _unknown())
 
     @property
@@ -262,6 +264,7 @@ def diagnose(
         stop,
         healthy,
         _unknown() if healthy is None else _usual(model, healthy, start, stop),
+        _unknown() if healthy is None or not search.known else _of_day(search.observation, told, chosen, start, stop),
         _unknown() if healthy is not None else _by_file(search, made.beside, added, before, after, start, stop),
     )
 
@@ -350,6 +353,17 @@ def _usual(model: Model, healthy: Healthy, start: float | None, stop: float | No
     """The largest error that the healthy model leaves on any healthy flight, (6,)."""
     made = refusal.compared(model, healthy.flights, start, stop)
     return np.fmax.reduce([statistics([e]).rmse for e in made])
+
+
+def _of_day(
+    observation: Observation, told: Fit, named: Sequence[Member], start: float | None, stop: float | None
+) -> Array:
+    """The error that stays beside what is named where the healthy numbers are as that day may have them, (6,)."""
+    try:
+        model = observation.model(of_a_day(told, {m.candidate.label for m in named}))
+        return statistics(refusal.compared(model, observation.flights, start, stop)).rmse
+    except InputError:  # numbers of no body
+        return _unknown()
 
 
 def _stays(after: Statistics) -> float:

@@ -26,7 +26,8 @@ from infotraj.importing import row_rate
 
 _RARE = 0.01  # s between commands: with more, a delay of half of it cannot be told
 _FAR = 3.0  # times the floor: an error that large, on an axis that is judged, is spoken of
-_MOST = 0.5  # of an axis' error: where numbers of the file take as much, the answer says so first
+_DAYS = "what differs from one day to the next"
+_MOST = 0.5  # of an axis' error: where numbers of the file, or of a day, take as much, the answer says so
 _FIRST = 3  # numbers of the file, axes or plausible changes that the sentence tells, those that take or leave most
 _ORDER = ("Supported", "Not separable", "Plausible", "Not needed", "Not testable here")
 
@@ -125,12 +126,15 @@ def stays(found: Diagnosis) -> dict[str, float]:
 
 def unnamed_change(found: Diagnosis) -> dict[str, float]:
     """Axes that are judged whose error says that something changed which has no name, with how many times what any
-    healthy flight leaves it is, the largest first: it is far above that, and far above the floor or structured."""
+    healthy flight leaves it is, the largest first: it is far above that, and far above the floor or structured.
+
+    What the healthy numbers explain as one day may have them is no such error: of few healthy flights one trim is
+    soon three times that of any other."""
     if found.healthy is None:
         return {}
     structured = {axis_group(s.axis) for s in found.unexplained.axes} - {None, *found.refused}
     with np.errstate(invalid="ignore", divide="ignore"):
-        times = dict(zip(AXES, (found.after.rmse / found.usual).tolist(), strict=True))
+        times = dict(zip(AXES, (np.fmin(found.after.rmse, found.of_day) / found.usual).tolist(), strict=True))
     on = [a for a in AXES if times[a] > _FAR and (a in structured or a in stays(found))]
     return {a: times[a] for a in sorted(on, key=lambda a: -times[a])}
 
@@ -347,9 +351,11 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
     for axis, error in left.items():
         if axis not in explained and "v" + axis[1] not in explained:
             unit_of = unit[axis[0]]
-            before = float(found.usual[AXES.index(axis)])
+            i = AXES.index(axis)
+            before = float(found.usual[i])
             leave = f"; the healthy flights leave at most {before:.3g}" if np.isfinite(before) else ""
-            lines.append(f"{error:.3g} {unit_of} of error stay on {axis}: {cause}{leave}")
+            of_day = bool(found.of_day[i] < _MOST * error)
+            lines.append(f"{error:.3g} {unit_of} of error stay on {axis}: {_DAYS if of_day else cause}{leave}")
     for s in found.unexplained.axes:
         goes = ", ".join(f"{q} ({c:+.2f})" for q, c in s.goes_with)
         goes = f"; it goes with {goes}" if goes else ""

@@ -8,7 +8,7 @@ few.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -81,6 +81,12 @@ def straight(whole: Fit) -> tuple[Member, ...]:
     if whole.exact:
         return whole.linear.point
     return whole.linear.members(whole.chosen, whole.solution.theta, shift=0.0, straight=True)
+
+
+def of_a_day(whole: Fit, labels: Collection[str]) -> tuple[Member, ...]:
+    """The model of a fit beside healthy flights with these effects alone, all else as near as its day may have it."""
+    chosen = tuple(i for i, label in zip(whole.chosen, whole.labels, strict=True) if label in labels)
+    return whole.linear.members(chosen, whole.scorer.of_a_day(chosen), shift=0.0, straight=True)
 
 
 def _as_files_are(now: Linear, whole: Fit, columns: Sequence[int]) -> Array:

@@ -25,6 +25,7 @@ _PASSES = 4
 _HEAVY = 1e12  # times its own weight: what is known of the numbers holds them where they are
 _HALVINGS = 20  # of the logarithm of that weight
 _OFF = 2.0  # standard deviations that a file number is off by at most
+_DAY = 3.0  # standard deviations by which flights of one day differ from what is known in any one way
 _SURE = 3.0  # standard errors within which a number may lie beyond a bound
 
 
@@ -216,6 +217,31 @@ class Scorer:
         out[file] = found[:count]
         out[columns] += found[count:]
         return out
+
+    def of_a_day(self, chosen: tuple[int, ...]) -> Array:
+        """Numbers (p,) of a set beside what is known together, as near these flights as one day's numbers may be.
+
+        What is known is split into ways to differ that the flights tell independently of one another; along none of
+        them is it further off than `_DAY` standard deviations.
+        """
+        columns = np.array(self._columns(chosen), dtype=int)
+        file, _, both = self._together(self.parts[0], columns)
+        right, count = self.parts[0][0, 1:][np.concatenate([file, columns])], len(file)
+        gram = both[:count, :count] - _inverse(self.prior[np.ix_(file, file)])
+        across, own = both[:count, count:], both[count:, count:]
+        if len(columns):
+            along = _solve(own, across.T)
+            gram, pull = gram - across @ along, right[:count] - right[count:] @ along
+        else:
+            pull = right
+        way = np.linalg.cholesky(self.prior[np.ix_(file, file)])
+        told, turned = np.linalg.eigh(way.T @ gram @ way)
+        off = np.clip(turned.T @ way.T @ pull / (1.0 + np.maximum(told, 0.0)), -_DAY, _DAY)
+        out = np.zeros(len(self.spike))
+        out[file] = way @ turned @ off
+        if len(columns):
+            out[columns] += _solve(own, right[count:] - across.T @ out[file])
+        return out + self.given
 
     def _split(self, part: Array, columns: NDArray) -> tuple[Array, Array]:
         """What is new in these columns (p,), and what the numbers that are known are off by beside it (p,)."""
