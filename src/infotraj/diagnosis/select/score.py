@@ -227,14 +227,16 @@ class Scorer:
         columns = np.array(self._columns(chosen), dtype=int)
         file, _, both = self._together(self.parts[0], columns)
         right, count = self.parts[0][0, 1:][np.concatenate([file, columns])], len(file)
-        gram = both[:count, :count] - _inverse(self.prior[np.ix_(file, file)])
+        gram = self.parts[0][1:, 1:][np.ix_(file, file)]
         across, own = both[:count, count:], both[count:, count:]
         if len(columns):
             along = _solve(own, across.T)
             gram, pull = gram - across @ along, right[:count] - right[count:] @ along
         else:
             pull = right
-        way = np.linalg.cholesky(self.prior[np.ix_(file, file)])
+        size = np.sqrt(np.diag(self.prior)[file])
+        spread, axes = np.linalg.eigh(self.prior[np.ix_(file, file)] / np.outer(size, size))
+        way = size[:, None] * axes * np.sqrt(np.maximum(spread, 0.0))
         told, turned = np.linalg.eigh(way.T @ gram @ way)
         off = np.clip(turned.T @ way.T @ pull / (1.0 + np.maximum(told, 0.0)), -_DAY, _DAY)
         out = np.zeros(len(self.spike))
