@@ -329,11 +329,17 @@ def test_an_error_that_healthy_numbers_explain_as_a_day_may_have_them_is_no_chan
     assert list(as_dict(made)["verdict"]["unnamed_change"]) == ["fx", "fy"]
 
 
-def test_nothing_changed_is_not_said_where_structured_error_is_left():
+def test_nothing_changed_is_not_said_where_more_structured_error_is_left_than_on_healthy_flights():
     quiet = SimpleNamespace(rmse=0.1 * ONES, floor=0.08 * ONES)
     made = answer(after=quiet, healthy=HEALTHY, usual=0.1 * ONES)
     assert sentence(made) == "Nothing changed that these flights can tell."
     made.unexplained = Unexplained(True, (loud("tx"),))
+    as_ever = "error without a name is left on tx, no more than on the healthy flights."
+    assert sentence(made) == f"Nothing changed that these flights can tell; {as_ever}"
+    made.usual = np.where(np.array(AXES) == "tx", 0.09, 0.11)
+    assert sentence(made).startswith("No change has a name here; structured error is left on tx that")
+    made.unexplained = Unexplained(True, (loud("tx"), loud("ty")))
+    assert sentence(made).endswith("explains; error without a name is left on ty, no more than on the healthy flights.")
     assert sentence(made).startswith("No change has a name here; structured error is left on tx that")
     assert "unnamed_change" not in as_dict(answer())["verdict"]
 
