@@ -398,6 +398,10 @@ def test_a_verdict_is_cut_where_it_adds_what_cannot_be_said():
     assert clauses("No missing effect is supported.") == ["No missing effect is supported."]
     of_file = clauses("No missing effect is supported; the numbers of your vehicle file make most of the error: a, b.")
     assert of_file[1] == "The numbers of your vehicle file make most of the error: a, b."
+    as_ever = clauses(
+        "Nothing changed that these flights can tell; error without a name is left on tx, no more than x."
+    )
+    assert as_ever[1] == "Error without a name is left on tx, no more than x."
     assert clauses("No change is sure; plausible: a, b.") == ["No change is sure.", "Plausible: a, b."]
     assert clauses("Missing: a; your vehicle file is out of line: b 2.")[1] == "Your vehicle file is out of line: b 2."
 

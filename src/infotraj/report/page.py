@@ -32,7 +32,7 @@ _ORDER = ("Supported", "Not separable", "Plausible", "Not needed", "Not testable
 _MARKS = {"Supported": "●", "Not separable": "◐", "Plausible": "○", "Not needed": "–", "Not testable here": "?"}
 _ADDS = (  # where a verdict's sentence is cut
     "; (?=nothing can be said about |your vehicle file |the numbers of your vehicle file |structured error is left on |"
-    "a large error is left on |something else changed |plausible: )"
+    "a large error is left on |error without a name is left on |something else changed |plausible: )"
 )
 _CONFIDENT = ("Supported", "Not separable")
 
