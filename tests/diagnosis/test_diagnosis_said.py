@@ -11,7 +11,7 @@ from infotraj.comparing.equation_error import AXES
 from infotraj.diagnosis.gates.doubt import Doubt
 from infotraj.diagnosis.judge.evidence import Evidence
 from infotraj.diagnosis.judge.numbers import FileNumber
-from infotraj.diagnosis.judge.unexplained import Structure, Unexplained
+from infotraj.diagnosis.judge.unexplained import NOTHING_LEFT, Structure, Unexplained
 from infotraj.diagnosis.judge.verdicts import Finding
 from infotraj.diagnosis.linear.change import Change
 from infotraj.diagnosis.report.parts import parts
@@ -316,15 +316,19 @@ def test_an_error_far_above_what_healthy_flights_leave_is_a_change_without_a_nam
 
 
 def test_an_error_that_healthy_numbers_explain_as_a_day_may_have_them_is_no_change():
-    """All of fx is beside numbers that differ from day to day, and a half of fy."""
+    """Of twenty times what healthy flights leave nearly all of fx goes with a day's numbers, and a half of fy."""
     after = SimpleNamespace(rmse=np.array([0.4, 0.4, 0.05, 0.05, 0.05, 0.02]), floor=0.0185 * ONES)
     of_day = np.array([0.05, 0.2, 0.05, np.nan, 0.05, 0.02])
     made = answer(after=after, healthy=HEALTHY, usual=0.02 * ONES, of_day=of_day)
-    assert sentence(made).startswith("Something changed that has no name here: the error is 10 times what the healthy")
+    assert sentence(made) == (
+        "Something changed that has no name here: the error is 20 times what the healthy flights leave on fy."
+    )
     assert list(as_dict(made)["verdict"]["unnamed_change"]) == ["fy"]
-    text = as_text(made)
-    assert "0.4 N of error stay on fx: what differs from one day to the next; the healthy flights" in text
-    assert "0.4 N of error stay on fy: what has no name; the healthy flights leave at most 0.02" in text
+    of_a_day = "on fx: what the healthy flights leave open, or differs from one day to the next; the healthy flights"
+    for left in (NOTHING_LEFT, Unexplained(True, (loud("fx"),))):
+        made.unexplained = left
+        assert f"0.4 N of error stay {of_a_day} leave at most 0.02" in as_text(made)
+        assert "0.4 N of error stay on fy: what has no name; the healthy flights leave at most 0.02" in as_text(made)
     made.of_day = np.full(6, np.nan)
     assert list(as_dict(made)["verdict"]["unnamed_change"]) == ["fx", "fy"]
 

@@ -272,8 +272,24 @@ def test_a_days_numbers_are_those_of_the_posterior_but_for_a_way_that_no_day_goe
     distance = np.sqrt(far[:2] @ np.linalg.solve(prior[:2, :2], far[:2]))
     assert 3.0 - 1e-9 < distance <= np.hypot(3.0, 3.0)
     assert far[1] < 0.2 < far[0]
-    # Of nothing that is chosen the known numbers alone are told.
+    # Of nothing that is chosen the known numbers alone are told; what is known and chosen has both.
     assert of(0.05, ())[0][2] == 0.0
+    both, r = of(0.05, (0, 2))
+    wide = np.zeros((3, 3))
+    wide[:2, :2], wide[2, 2] = np.linalg.inv(prior[:2, :2] + np.diag([SLAB**2, 0.0])), SLAB**-2.0
+    np.testing.assert_allclose(both, np.linalg.solve(s.T @ s + wide, s.T @ r), atol=1e-9)
+
+
+def test_a_day_is_no_further_off_in_all_its_ways_together_than_days_are():
+    """Forty numbers that flights tell as well as one another: one of them 20 deviations off is left for the most."""
+    s = np.linalg.qr(RNG.standard_normal((400, 40)))[0] * 100.0
+    prior = 0.01 * np.eye(40)
+    prior[0, 1] = prior[1, 0] = 1e-4  # known together
+    off = np.zeros(40)
+    off[7] = 2.0
+    made = with_bounds(s @ off, s, range(40), [-9.0] * 40, [9.0] * 40, prior=prior)
+    found = made.of_a_day(())
+    assert 0.1 * np.linalg.norm(off) < np.linalg.norm(found) < 0.45 * np.linalg.norm(off)
 
 
 def test_one_number_does_not_take_what_many_others_are_off_by_to_make_up_for_an_effect():

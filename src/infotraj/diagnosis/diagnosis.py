@@ -360,9 +360,10 @@ def _of_day(
 ) -> Array:
     """The error that stays beside what is named where the healthy numbers are as that day may have them, (6,)."""
     try:
-        model = observation.model(of_a_day(told, {m.candidate.label for m in named}))
-        return statistics(refusal.compared(model, observation.flights, start, stop)).rmse
-    except InputError:  # numbers of no body
+        with np.errstate(all="ignore"):  # numbers far from any flight may overflow
+            model = observation.model(of_a_day(told, {m.candidate.label for m in named}))
+            return statistics(refusal.compared(model, observation.flights, start, stop)).rmse
+    except (InputError, np.linalg.LinAlgError):  # numbers of no body
         return _unknown()
 
 

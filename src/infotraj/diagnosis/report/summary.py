@@ -26,8 +26,8 @@ from infotraj.importing import row_rate
 
 _RARE = 0.01  # s between commands: with more, a delay of half of it cannot be told
 _FAR = 3.0  # times the floor: an error that large, on an axis that is judged, is spoken of
-_DAYS = "what differs from one day to the next"
-_MOST = 0.5  # of an axis' error: where numbers of the file, or of a day, take as much, the answer says so
+_DAYS = "what the healthy flights leave open, or differs from one day to the next"
+_MOST = 0.5  # of an axis' error: where numbers of the file take as much, the answer says so first
 _FIRST = 3  # numbers of the file, axes or plausible changes that the sentence tells, those that take or leave most
 _ORDER = ("Supported", "Not separable", "Plausible", "Not needed", "Not testable here")
 
@@ -130,13 +130,25 @@ def unnamed_change(found: Diagnosis) -> dict[str, float]:
 
     What the healthy numbers explain as one day may have them is no such error: of few healthy flights one trim is
     soon three times that of any other."""
+    far = {a: x for a, x in _above_healthy(found).items() if not _of_a_day(found, a)}
+    return {a: far[a] for a in sorted(far, key=lambda a: -far[a])}
+
+
+def _above_healthy(found: Diagnosis) -> dict[str, float]:
+    """Axes that are judged whose error is far above what any healthy flight leaves, and far above the floor or
+    structured, with how many times what a healthy flight leaves it is."""
     if found.healthy is None:
         return {}
     structured = {axis_group(s.axis) for s in found.unexplained.axes} - {None, *found.refused}
     with np.errstate(invalid="ignore", divide="ignore"):
-        times = dict(zip(AXES, (np.fmin(found.after.rmse, found.of_day) / found.usual).tolist(), strict=True))
-    on = [a for a in AXES if times[a] > _FAR and (a in structured or a in stays(found))]
-    return {a: times[a] for a in sorted(on, key=lambda a: -times[a])}
+        times = dict(zip(AXES, (found.after.rmse / found.usual).tolist(), strict=True))
+    return {a: times[a] for a in AXES if times[a] > _FAR and (a in structured or a in stays(found))}
+
+
+def _of_a_day(found: Diagnosis, axis: str) -> bool:
+    """Whether the healthy numbers explain the error of an axis as the day of these flights may have them."""
+    i = AXES.index(axis)
+    return bool(found.of_day[i] <= _FAR * found.usual[i])
 
 
 def _over_floor(found: Diagnosis) -> dict[str, float]:
@@ -355,16 +367,15 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
     explained = {s.axis for s in found.unexplained.axes}
     # Healthy flights have the file's own errors, too.
     cause = "what has no name" if found.healthy is not None else "the file's own errors, or what has no name"
-    left = stays(found)
+    left, above = stays(found), _above_healthy(found)
     if left and not all(s.prepared.recorded.rotor_commanded for s in found.samples):
         cause = f"noise of the measured rotors, {'or ' if found.healthy is not None else ''}{cause}"
     for axis, error in left.items():
-        if axis not in explained and "v" + axis[1] not in explained:
+        of_day = axis in above and _of_a_day(found, axis)
+        if of_day or (axis not in explained and "v" + axis[1] not in explained):
             unit_of = unit[axis[0]]
-            i = AXES.index(axis)
-            before = float(found.usual[i])
+            before = float(found.usual[AXES.index(axis)])
             leave = f"; the healthy flights leave at most {before:.3g}" if np.isfinite(before) else ""
-            of_day = bool(found.of_day[i] < _MOST * error)
             lines.append(f"{error:.3g} {unit_of} of error stay on {axis}: {_DAYS if of_day else cause}{leave}")
     for s in found.unexplained.axes:
         goes = ", ".join(f"{q} ({c:+.2f})" for q, c in s.goes_with)

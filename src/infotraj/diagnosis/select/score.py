@@ -15,6 +15,7 @@ from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import chi2
 
 from infotraj.diagnosis.linear.sums import Sums
 from infotraj.diagnosis.select.prior import SLAB
@@ -221,28 +222,24 @@ class Scorer:
     def of_a_day(self, chosen: tuple[int, ...]) -> Array:
         """Numbers (p,) of a set beside what is known together, as near these flights as one day's numbers may be.
 
-        What is known is split into ways to differ that the flights tell independently of one another; along none of
-        them is it further off than `_DAY` standard deviations.
+        What is known is split into ways to differ that the flights tell independently of one another. Along none of
+        them is it further off than `_DAY` standard deviations, nor in all than as many ways make as seldom.
         """
-        columns = np.array(self._columns(chosen), dtype=int)
-        file, _, both = self._together(self.parts[0], columns)
-        right, count = self.parts[0][0, 1:][np.concatenate([file, columns])], len(file)
-        gram = self.parts[0][1:, 1:][np.ix_(file, file)]
-        across, own = both[:count, count:], both[count:, count:]
-        if len(columns):
-            along = _solve(own, across.T)
-            gram, pull = gram - across @ along, right[:count] - right[count:] @ along
-        else:
-            pull = right
-        size = np.sqrt(np.diag(self.prior)[file])
+        columns, file = np.array(self._columns(chosen), dtype=int), np.flatnonzero(self.spike > 0)
+        right, gram = self.parts[0][0, 1:], self.parts[0][1:, 1:]
+        across, own = gram[np.ix_(file, columns)], gram[np.ix_(columns, columns)] + np.eye(len(columns)) / SLAB**2
+        along = np.linalg.solve(own, across.T)
+        size = self.spike[file]
         spread, axes = np.linalg.eigh(self.prior[np.ix_(file, file)] / np.outer(size, size))
         way = size[:, None] * axes * np.sqrt(np.maximum(spread, 0.0))
-        told, turned = np.linalg.eigh(way.T @ gram @ way)
-        off = np.clip(turned.T @ way.T @ pull / (1.0 + np.maximum(told, 0.0)), -_DAY, _DAY)
+        told, turned = np.linalg.eigh(way.T @ (gram[np.ix_(file, file)] - across @ along) @ way)
+        pull = turned.T @ way.T @ (right[file] - right[columns] @ along)
+        off = np.clip(pull / (1.0 + np.maximum(told, 0.0)), -_DAY, _DAY)
+        farthest = np.sqrt(chi2.isf(chi2.sf(_DAY**2, 1), max(int(np.sum(told > 1.0)), 1)))
+        off *= min(1.0, farthest / max(float(np.linalg.norm(off)), 1e-12))
         out = np.zeros(len(self.spike))
         out[file] = way @ turned @ off
-        if len(columns):
-            out[columns] += _solve(own, right[count:] - across.T @ out[file])
+        out[columns] += np.linalg.solve(own, right[columns] - across.T @ out[file])
         return out + self.given
 
     def _split(self, part: Array, columns: NDArray) -> tuple[Array, Array]:
