@@ -371,10 +371,12 @@ def test_every_rotor_that_changed_is_told_with_its_change():
         found("rotor_effectiveness"), parameters=rotors[0], standard_errors={"factor": 0.01}, instances=rotors,
         instance_errors=({"factor": 0.01}, {"factor": 0.02}),
     )  # fmt: skip
-    usual = {"parameters": {"factor": 0.98}, "standard_errors": {"factor": 0.05}}
+    usual = {
+        "parameters": {"factor": 0.98}, "standard_errors": {"factor": 0.05}, "from_flight_to_flight": {"factor": 0.0123}
+    }  # fmt: skip
     made = answer(
-        healthy=SimpleNamespace(flights=(), balance=()), usual=0.1 * ONES, findings=(weak,),
-        supported=("rotor_effectiveness",), healthy_numbers=lambda f: usual,
+        healthy=SimpleNamespace(flights=(SimpleNamespace(meta={}),) * 2, balance=()),
+        usual=0.1 * ONES, findings=(weak,), supported=("rotor_effectiveness",), healthy_numbers=lambda f: usual,
         changes=lambda f: (Change("factor", True, f.parameters["factor"], f.standard_errors["factor"]),),
     )  # fmt: skip
     assert sentence(made) == (
@@ -383,9 +385,10 @@ def test_every_rotor_that_changed_is_told_with_its_change():
     )
     lines = [line.strip() for line in as_text(made).splitlines()]
     k = lines.index("and rotor=5 factor=0.93")
-    assert lines[k - 1] == "changed: factor 0.89 +- 0.01 times the healthy one"
+    differ = "times the healthy one; 2 healthy flights differ by factor=0.012"
+    assert lines[k - 1] == f"changed: factor 0.89 +- 0.01 {differ}"
     assert lines[k + 1 : k + 3] == [
-        "now factor=0.93; healthy factor=0.98 +- 0.05", "changed: factor 0.93 +- 0.02 times the healthy one"
+        "now factor=0.93; healthy factor=0.98 +- 0.05", f"changed: factor 0.93 +- 0.02 {differ}"
     ]  # fmt: skip
     row = as_dict(made)["effects"][0]
     assert [c["times_healthy"] for c in (*row["change"], *row["other_changes"][0])] == [0.89, 0.93]

@@ -131,6 +131,7 @@ def test_what_healthy_flights_know_is_told_in_the_numbers_own_unit():
     said = made.said(mass, places(mass, VEHICLE), VEHICLE)
     assert said["parameters"] == {"dm": pytest.approx(VEHICLE.mass)}
     assert said["standard_errors"] == {"dm": pytest.approx(0.5 * 0.05 * VEHICLE.mass * 2.0)}
+    assert said["from_flight_to_flight"] == {"dm": pytest.approx(0.4 * 0.05 * VEHICLE.mass * 2.0)}
     scale = places(drag, VEHICLE)[0].scale
     errors = made.said(drag, places(drag, VEHICLE), VEHICLE)["standard_errors"]
     assert errors == {"d": [None, pytest.approx(scale), None]}

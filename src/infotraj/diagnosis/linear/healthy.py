@@ -77,25 +77,32 @@ class Healthy:
 
     def errors(self, label: str, at: Sequence[Place]) -> Array:
         """Standard deviation of each coordinate of an effect's numbers; nan where the flights could not show it."""
+        return self._of(label, at, np.hypot(np.sqrt(np.diag(self.covariance)), self.scatter))
+
+    def _of(self, label: str, at: Sequence[Place], sizes: Array) -> Array:
+        """Sizes (q,) as those of each coordinate of an effect's numbers; nan where the flights could not show it."""
         place = {owner: k for k, owner in enumerate(self.owners)}
         found = [place.get((label, i)) for i in range(len(at))]
-        size = [
-            np.nan if k is None else float(np.hypot(np.sqrt(self.covariance[k, k]), self.scatter[k])) for k in found
-        ]
-        return np.array([abs(p.scale) * s for p, s in zip(at, size, strict=True)])
+        return np.array([np.nan if k is None else abs(p.scale) * sizes[k] for p, k in zip(at, found, strict=True)])
 
     def changed(self, candidate: Candidate, effect: Effect, at: Sequence[Place], vehicle: Vehicle) -> bool:
         """Whether an effect's numbers differ from the healthy ones."""
         return not np.allclose(read(effect, at), self.numbers(candidate, at, vehicle), rtol=0.0, atol=1e-12)
 
     def said(self, candidate: Candidate, at: Sequence[Place], vehicle: Vehicle) -> dict[str, Any]:
-        """The healthy numbers and their standard errors by parameter, for an answer."""
+        """The healthy numbers, their standard errors, and what flights differ by, by parameter, for an answer."""
         effect = written(candidate, at, self.numbers(candidate, at, vehicle))
-        error = self.errors(candidate.label, at) * slopes(effect, at)
-        spread: dict[str, Any] = {}
-        for p, e in zip(at, error, strict=True):
-            spread.setdefault(p.parameter, []).append(float(e) if np.isfinite(e) else None)
+        slope = slopes(effect, at)
+
+        def told(sizes: Array) -> dict[str, Any]:
+            each: dict[str, Any] = {}
+            for p, x in zip(at, sizes * slope, strict=True):
+                each.setdefault(p.parameter, []).append(float(x) if np.isfinite(x) else None)
+            return {k: v[0] if len(v) == 1 else v for k, v in each.items()}
+
+        errors = told(self.errors(candidate.label, at))
         return {
-            "parameters": {k: effect.values[k] for k in spread},
-            "standard_errors": {k: v[0] if len(v) == 1 else v for k, v in spread.items()},
+            "parameters": {k: effect.values[k] for k in errors},
+            "standard_errors": errors,
+            "from_flight_to_flight": told(self._of(candidate.label, at, self.scatter)),
         }

@@ -277,7 +277,11 @@ def _beside_healthy(found: Diagnosis, f: Finding) -> list[str]:
         return []
     said = [f"{k}={_plus_minus(v, usual['standard_errors'][k])}" for k, v in usual["parameters"].items()]
     now = [f"{k}={_short(v)}" for k, v in f.parameters.items() if k in usual["parameters"]]
-    return [f"now {' '.join(now)}; healthy {' '.join(said)}", *(f"changed: {_change(c)}" for c in found.changes(f))]
+    differ = [f"{k}={_short(v, 2)}" for k, v in usual["from_flight_to_flight"].items() if v is not None]
+    count = len(found.healthy.flights) if found.healthy is not None else 0
+    days = f"; {count} healthy flights differ by {' '.join(differ)}" if count > 1 and differ else ""
+    changed = [f"changed: {_change(c)}" for c in found.changes(f)]
+    return [f"now {' '.join(now)}; healthy {' '.join(said)}", *(f"{c}{days}" for c in changed[:1]), *changed[1:]]
 
 
 def _changed(found: Diagnosis, f: Finding) -> str:
@@ -432,10 +436,10 @@ def _plus_minus(value: Any, error: Any) -> str:
     return _short(value) if error is None else f"{_short(value)} +- {_short(error)}"
 
 
-def _short(value: Any) -> str:
+def _short(value: Any, digits: int = 4) -> str:
     if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(_short(v) for v in value) + "]"
-    return "?" if value is None else f"{value:.4g}"
+        return "[" + ", ".join(_short(v, digits) for v in value) + "]"
+    return "?" if value is None else f"{value:.{digits}g}"
 
 
 def _effect(f: Finding, usual: dict[str, Any] | None, changes: Sequence[Sequence[Change]] = ((),)) -> dict[str, Any]:
