@@ -59,3 +59,9 @@ def test_the_first_swing_is_looked_for_at_the_pendulum_s_own_frequency(monkeypat
     model_of("quadrotor", hidden).predict(flight)
     assert asked
     assert asked == pytest.approx([np.sqrt(9.81 / 0.9)] * len(asked), rel=0.05)
+
+
+@pytest.mark.parametrize("rows", [2, 3, 4])
+def test_a_flight_of_a_few_rows_has_a_load_too(swinging, rows):
+    short = Flight(cut(swinging, 3.1).table.iloc[:rows])
+    assert np.isfinite(model_of("quadrotor", LOAD).predict(short).specific_force).all()

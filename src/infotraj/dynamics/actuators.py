@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -9,12 +11,24 @@ from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
 
-def turned_about(axis: ArrayLike, angle: ArrayLike, vector: ArrayLike) -> Array:
-    """`vector` (3,) turned by `angle` (...) rad about the unit `axis` (3,), right-handed: (..., 3), Rodrigues."""
-    axis, vector = np.asarray(axis, dtype=float), np.asarray(vector, dtype=float)
+@lru_cache(maxsize=64)
+def turn_parts(axis: tuple[float, float, float]) -> Array:
+    """Matrices (3, 3, 3) of a turn about the unit `axis`, right-handed: what it leaves, times cosine, times sine.
+
+    Rodrigues' formula: a vector turned by an angle is (P0 + P1 cos + P2 sin) times the vector.
+    """
+    along = np.outer(axis, axis)
+    x, y, z = axis
+    parts = np.array([along, np.eye(3) - along, [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]])
+    parts.setflags(write=False)
+    return parts
+
+
+def turned_about(axis: tuple[float, float, float], angle: ArrayLike, vector: ArrayLike) -> Array:
+    """`vector` (3,) turned by `angle` (...) rad about the unit `axis`, right-handed: (..., 3)."""
+    still, with_cosine, with_sine = turn_parts(axis) @ np.asarray(vector, dtype=float)
     angle = np.asarray(angle, dtype=float)[..., None]
-    along = np.dot(axis, vector) * axis
-    return along + np.cos(angle) * (vector - along) + np.sin(angle) * np.cross(axis, vector)
+    return np.asarray(still + np.cos(angle) * with_cosine + np.sin(angle) * with_sine)
 
 
 def rotor_frames(vehicle: Vehicle, tilt: ArrayLike) -> tuple[Array, Array]:

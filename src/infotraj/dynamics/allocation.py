@@ -67,7 +67,7 @@ class Allocation:
             axis, arm = np.asarray(rotor.axis), np.asarray(rotor.position)
         else:
             about = np.asarray(self.vehicle.tilts[rotor.tilt].axis)
-            axis = turned_about(about, angle, rotor.axis)
+            axis = turned_about(self.vehicle.tilts[rotor.tilt].axis, angle, rotor.axis)
             # An offset along the thrust turns with it and makes no torque; any other is outside this method.
             arm = np.dot(about, rotor.position) * about
             rest = np.asarray(rotor.position) - arm

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from infotraj.dynamics.actuators import turned_about
+from infotraj.dynamics.actuators import turn_parts
 from infotraj.effects.laws import AirLaw
 from infotraj.rotation_matrices import turned_back
 from infotraj.rotations import Array
@@ -230,11 +230,9 @@ def torque_arm(along: Along, rotor: int, r: Array) -> Array:
     tilt = along.vehicle.rotors[rotor].tilt
     if tilt is None:
         return r
-    about = along.vehicle.tilts[tilt].axis
-    half, quarter = turned_about(about, np.pi, r), turned_about(about, np.pi / 2, r)
-    fixed = (r + half) / 2
+    fixed, with_cosine, with_sine = turn_parts(along.vehicle.tilts[tilt].axis) @ r
     cosine, sine = along.actuation.keep(f"turn of tilt {tilt}", lambda: _turn(along.tilt[:, tilt]))
-    return fixed + cosine * (r - fixed) + sine * (quarter - fixed)
+    return fixed + cosine * with_cosine + sine * with_sine
 
 
 def of_arm(vehicle: Vehicle, rotor: int) -> list[int]:
@@ -288,11 +286,7 @@ def _frame_parts(vehicle: Vehicle) -> Array:
             if rotor.tilt is None:
                 parts[i, 0, columns] = vector
                 continue
-            about = vehicle.tilts[rotor.tilt].axis
-            half, quarter = turned_about(about, np.pi, vector), turned_about(about, np.pi / 2, vector)
-            parts[i, 0, columns] = (np.asarray(vector) + half) / 2
-            parts[i, 1, columns] = (np.asarray(vector) - half) / 2
-            parts[i, 2, columns] = quarter - parts[i, 0, columns]
+            parts[i, :, columns] = turn_parts(vehicle.tilts[rotor.tilt].axis) @ vector
     return parts
 
 

@@ -16,7 +16,6 @@ from infotraj.rotations import Array
 STATES = 4  # angles and rates of the first row, across the cable
 _USUAL = 0.1  # rad, and rad of a free swing's rate: how far a load that hangs still is from rest
 LEARNED = 10.0  # s: after more of it a swing without damping is another
-_EVERY = 0.02  # s
 _LONGEST = 1.0  # s over which errors go together, at most
 _PERIODS = (1.0, 3.0)  # of a free swing from which it is found at first: over many an error of phase hides the way
 _ROUNDS = 4
@@ -33,15 +32,13 @@ def first_swing(across: Across, swing: Swing, time: Array, hang: Array, rate: fl
 
     across(time (N,) s): two directions across the thrusts (N, 2, 3), world axes, and the specific force (m/s^2) and the
     velocity (m/s) along them, (N, 2); swing(q, q'): direction of the cable (N, 3) and its pull per mass of the load
-    (N,) m/s^2 at `time`, for a load that begins so; time: of the flight's first LEARNED seconds; hang (3,): where it
-    hangs at rest; rate: of a free swing, rad/s.
+    (N,) m/s^2 at `time`, for a load that begins so; time: in even steps, of the flight's first LEARNED seconds;
+    hang (3,): where it hangs at rest; rate: of a free swing, rad/s.
     """
     sideways = np.linalg.svd(hang[None])[2][1:]
     still = np.zeros(STATES)
-    every = max(1, round(_EVERY / (time[1] - time[0])))
-    step = every * (time[1] - time[0])
-    seen = time[::every]
-    every_direction, force, velocity = across(seen)
+    step = time[1] - time[0]
+    every_direction, force, velocity = across(time)
 
     def state(x: Array) -> tuple[Array, Array]:
         q = hang + x[:2] @ sideways
@@ -54,12 +51,12 @@ def first_swing(across: Across, swing: Swing, time: Array, hang: Array, rate: fl
 
     def pulls(x: Array, count: int) -> Array:
         q, pull = swing(*state(x))
-        along = q[::every][:count] * pull[::every][:count, None]
+        along = q[:count] * pull[:count, None]
         return np.einsum("nki,ni->kn", every_direction[:count], along).ravel()
 
     x = still
     for seconds in (*(2.0 * np.pi * n / rate for n in _PERIODS), np.inf):
-        count = int(np.searchsorted(seen, seen[0] + seconds))
+        count = int(np.searchsorted(time, time[0] + seconds))
         one, none = np.ones(count), np.zeros(count)
         others = [np.concatenate(pair) for v in (one, *velocity[:count].T) for pair in ((v, none), (none, v))]
         measured = force[:count].T.ravel()

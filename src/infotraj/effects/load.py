@@ -15,6 +15,7 @@ from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
 _STEP = 0.005  # s, at most; a hundredth of the period of the shortest cable in use
+_BEGUN = 0.02  # s, for the first state alone: a twentieth of that period
 _AT_REST = 0.1  # m/s
 _FIRST = 0.1  # s of specific force from which the first direction is taken
 
@@ -78,11 +79,13 @@ class SuspendedLoad(Effect):
             up = line / np.linalg.norm(line)
         first, rate = -up, np.zeros(3)
         if path.across is not None:
-            time = path.start + step * np.arange(min(steps, math.floor(LEARNED / step)) + 1, dtype=float)
-            begun = force[: 2 * len(time) - 1]
+            every = min(max(1, round(_BEGUN / step)), steps)
+            count = min(steps, math.floor(LEARNED / step)) // every
+            time = path.start + every * step * np.arange(count + 1, dtype=float)
+            begun = np.ascontiguousarray(force[: 2 * every * count + 1 : every])
 
             def swing(q: Array, q_dot: Array) -> tuple[Array, Array]:
-                states = _swing(begun, step, self.length, q, q_dot)
+                states = _swing(begun, every * step, self.length, q, q_dot)
                 q, q_dot = states[:, 0], states[:, 1]
                 along = np.einsum("ni,ni->n", q, begun[::2])
                 return q, self.length * np.einsum("ni,ni->n", q_dot, q_dot) - along

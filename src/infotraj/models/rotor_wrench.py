@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from infotraj.dynamics.actuators import turned_about
+from infotraj.dynamics.actuators import turn_parts
 from infotraj.effects.along import Actuation
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
@@ -69,12 +69,7 @@ class RotorWrench:
         """Constant, cosine and sine part (3, 6) of vectors that turn with the tilt."""
         if tilt is None:
             return np.array([np.concatenate(vectors), np.zeros(6), np.zeros(6)])
-        about = vehicle.tilts[tilt].axis
-        still, half, quarter = (
-            np.concatenate([turned_about(about, angle, v) for v in vectors]) for angle in (0.0, np.pi, np.pi / 2)
-        )
-        constant = (still + half) / 2
-        return np.array([constant, (still - half) / 2, quarter - constant])
+        return np.concatenate([turn_parts(vehicle.tilts[tilt].axis) @ v for v in vectors], axis=1)
 
 
 class CommandedWrench:
