@@ -267,6 +267,14 @@ def test_places_of_a_small_vehicle_differ_by_its_size_and_what_no_file_has_by_a_
         assert found == pytest.approx([share * of_file, 0.1, 1 / 15]), reach
 
 
+def test_air_batteries_and_the_offsets_of_sensors_differ_by_more_from_day_to_day():
+    """The thrust of all rotors by 2 %, an accelerometer by 3 mg; before any flight they are as unsure as others."""
+    asked = tuple(map(candidate, ("thrust_scale", "battery_sag", "accelerometer_bias", "gyro_bias")))
+    now = with_columns(VEHICLE, *asked, balance=frozenset({"tz"}))
+    assert _usual(now, range(4)) * [c.scale for c in now.columns] == pytest.approx([0.02, 0.0006, 0.03, 0.002])
+    assert _before(now, range(2)) == pytest.approx([9.0 / 15, 9.0 / 15])
+
+
 def test_before_a_flight_a_file_is_as_wrong_as_the_worst_and_effects_are_wide():
     asked = (candidate("mass_offset"), candidate("linear_drag"), candidate("thrust_scale"), candidate("steady_force"))
     free = _before(with_columns(VEHICLE, *asked), range(4))

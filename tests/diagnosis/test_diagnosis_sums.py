@@ -160,6 +160,11 @@ def test_what_a_name_costs_grows_with_the_number_of_its_places_and_is_infinite_f
     assert price(drag, 1, 3) == price(drag, 1, 1) == 5.0
     # What changed is asked where something did: one effect of 30, not of 150.
     assert np.exp(-price(drag, 1, 1, changed=True)) == pytest.approx(1.0 / 30.0, rel=0.01)
+    # A propeller's curve is as it was built: it may be missing in a model, and changes by itself in one case of ten.
+    curve = candidate("thrust_exponent")
+    assert price(curve, 1, 1) == price(drag, 1, 1)
+    seldom = np.exp(price(drag, 1, 1, changed=True) - price(curve, 1, 1, changed=True))
+    assert seldom == pytest.approx(0.1, rel=0.01)
     load = candidate("suspended_load")
     # The first swing of a load is four numbers of each flight.
     assert price(load, 1, 3) - price(load, 1, 1) == pytest.approx(2.0 * 2.0 * 4.0)

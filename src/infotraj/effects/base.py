@@ -101,6 +101,8 @@ class Effect(ABC):
     exact: ClassVar[bool] = False  # mechanics or a constant, not a formula that approximates what happens
     shifts: ClassVar[bool] = False  # of actuators: at rest they are elsewhere than their commands, not late alone
     damps_turns: ClassVar[bool] = False  # by the air's velocity at the rotors, arm by arm: where they are matters
+    built: ClassVar[bool] = False  # of how a vehicle is built: it changes where parts are exchanged, not by itself
+    day: ClassVar[float | None] = None  # usual sizes its numbers differ by from day to day; None: as little as most do
     balance: ClassVar[bool] = False  # of a rigid body: changes what torques a vehicle that stays level needs
     like_commands: ClassVar[bool] = False  # scales torques, or goes with rates that are fed back: as noise of inputs
     declared: ClassVar[Declared | None] = None  # its numbers are numbers of the vehicle file or of the log's clocks

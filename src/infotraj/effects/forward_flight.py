@@ -25,6 +25,7 @@ class HubMoment(Effect):
     place = "wrench"
     parameters = (Parameter("k", "N m s^2/(m rad)", 1e-6, (0.0, 1e-4)),)
     k: float
+    built = True
     needs = ("inertia", "velocity", "rate", "rotor speed")
     needs_to_act = ("velocity", "rate", "rotor speed")
     source = "Leishman, Principles of Helicopter Aerodynamics, 4.5; RotorS"
@@ -62,6 +63,7 @@ class TranslationalLift(Effect):
     place = "thrust"
     parameters = (Parameter("k", "N s^2/m^2", 4e-3, (0.0, 0.1)),)
     k: float
+    built = True
     needs = ("rotors", "velocity", "rate")
     needs_to_act = needs
     source = "Leishman, Principles of Helicopter Aerodynamics, 2.14"

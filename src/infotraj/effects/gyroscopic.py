@@ -39,6 +39,7 @@ class Gyroscopic(Effect):
     )
     rotor_inertia: float
     momentum: float
+    built = True
     needs = ("inertia", "rate", "rotors")
     needs_to_act = ("rate", "rotors")
     source = "Bouabdallah (2007), 2.3.2"

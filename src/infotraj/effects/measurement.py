@@ -40,6 +40,7 @@ class AccelerometerBias(Effect):
     b: Array
     needs = ("accelerometer",)
     source = "Titterton and Weston, Strapdown Inertial Navigation Technology, 12"
+    day = 0.3  # 3 mg: a cheap sensor's offset, from one start to the next and with its temperature
     linear = True
     hidden_when = "the specific force is derived from the velocity"
 

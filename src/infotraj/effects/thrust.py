@@ -25,6 +25,7 @@ class ThrustScale(Effect):
     factor: float
     source = "T = k_F w^2; Leishman, Principles of Helicopter Aerodynamics, 2.4 (thrust coefficient)"
     like_commands = True
+    day = 0.2  # 2 %: air of 5 degrees or 20 hPa more
 
     @classmethod
     def whole(cls, vehicle: Vehicle, parameter: Parameter) -> float:
@@ -79,6 +80,7 @@ class CoaxialLoss(Effect):
     place = "thrust"
     parameters = (Parameter("fraction", "-", 0.15, (0.0, 0.6), meaning="share of a lower rotor's thrust that is lost"),)
     fraction: float
+    built = True
     needs = needs_to_act = ("rotors",)
     source = "Leishman, Principles of Helicopter Aerodynamics, 2.14"
     hidden_when = "the vehicle has no coaxial rotors"
@@ -137,6 +139,7 @@ class AxialInflow(Effect):
     place = "thrust"
     parameters = (Parameter("k", "N s^2/(m rad)", 2e-4, (0.0, 5e-3)),)
     k: float
+    built = True
     needs = ("velocity", "rate", "rotor speed")
     needs_to_act = needs
     damps_turns = True
@@ -162,6 +165,7 @@ class GroundEffect(Effect):
     place = "thrust"
     parameters = (Parameter("k", "-", 0.15, (0.0, 3.0)),)
     k: float
+    built = True
     needs = ("height", "radius")
     needs_to_act = needs
     source = "Cheeseman and Bennett (1955)"
@@ -196,6 +200,7 @@ class BatterySag(Effect):
     rate: float
     exponent: float
     source = "DC motor at fixed duty cycle: speed in proportion to the voltage; T = k_F w^2"
+    day = 0.2  # of the rate or the exponent: one cell is older or colder than another
 
     @classmethod
     def form(cls, vehicle: Vehicle, flight: Flight) -> tuple[Parameter, ...]:
@@ -244,6 +249,7 @@ class RotorInterference(Effect):
     place = "thrust"
     parameters = (Parameter("k", "-", 0.06, (0.0, 1.0)),)
     k: float
+    built = True
     needs = ("tilts",)
     needs_to_act = needs
     source = "the catalogue; reported for tilted rotors by Bodie et al., omnidirectional aerial manipulation (2019)"

@@ -23,6 +23,7 @@ class ThrustExponent(Effect):
     place = "thrust"
     parameters = (Parameter("n", "-", 0.2, (1.0, 3.0), absent=2.0, meaning="exponent of the speed; w^2 in the file"),)
     n: float
+    built = True
     needs = ("rotors", "mass")
     needs_to_act = needs
     source = "Leishman, Principles of Helicopter Aerodynamics, 3.3"

@@ -162,6 +162,12 @@ def _first(now: Linear) -> tuple[list[int], list[tuple[str, int]]]:
 
 def _usual(now: Linear, columns: Sequence[int]) -> Array:
     """What each number usually differs by from flight to flight, usual sizes."""
+    days = [now.columns[c].candidate.cls.day for c in columns]
+    return np.array([x if day is None else day for day, x in zip(days, _in_a_file(now, columns), strict=True)])
+
+
+def _in_a_file(now: Linear, columns: Sequence[int]) -> Array:
+    """What a file that is right to 1 % is off by in each number, usual sizes, or as much of what no file states."""
     o = now.observation
     owners = [(now.columns[c].candidate, now.columns[c].scale) for c in columns]
     of_file = spikes(owners, Scales(1.0), 0.0, o.vehicle)
@@ -180,7 +186,7 @@ def _before(now: Linear, columns: Sequence[int]) -> Array:
     balance = bool(now.observation.balance)
     owners = [now.columns[c].candidate for c in columns]
     bounded = [(is_file_number(x) or (balance and x.cls.place == "thrust")) and x.name not in _TRIM for x in owners]
-    return np.where(bounded, max(SCALES) * _usual(now, columns), SLAB)
+    return np.where(bounded, max(SCALES) * _in_a_file(now, columns), SLAB)
 
 
 def _by_flight(sums: Sums, columns: Sequence[int], wider: float) -> list[Array]:

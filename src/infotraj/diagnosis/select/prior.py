@@ -26,6 +26,7 @@ from infotraj.vehicle import Vehicle
 SLAB = 2.0  # usual sizes: standard deviation of the numbers of an effect
 EACH = 5.0  # nats that a further effect costs before its numbers: of 150 effects one is missing
 CHANGED = 3.4  # the same of what differs from healthy flights: it is asked where something did, one of 30 effects
+REBUILT = 2.3  # nats more of what changes where parts are exchanged alone: ten times less likely than another
 STATE = 2.0  # nats of a number that is found for one flight: it is told to an eighth of what it may be
 SCALES = (0.05, 0.3, 1.0, 3.0, 9.0)  # of all numbers of a file together, times what their effects say (`Declared`)
 KIND_SPREAD = 0.4  # standard deviation of the logarithm by which a kind's scale differs from the common one
@@ -111,4 +112,5 @@ def price(candidate: Candidate, alike: int, flights: int, changed: bool = False)
     asked what differs from healthy flights."""
     if candidate.cls in (RotorTorque, RotorHeight, SensorPlace, InertiaProducts):
         return float("inf")
-    return (CHANGED if changed else EACH) + float(np.log(max(alike, 1))) + STATE * candidate.cls.states * flights
+    each = CHANGED + REBUILT * candidate.cls.built if changed else EACH
+    return each + float(np.log(max(alike, 1))) + STATE * candidate.cls.states * flights
