@@ -71,7 +71,7 @@ def test_the_sentence_and_the_page_say_the_change_with_its_own_error():
     found = SimpleNamespace(
         supported=names, findings=findings, finding=lambda n: findings[names.index(n)], healthy=object(),
         changes=lambda f: told[f.name], judged=True, refused={}, file=(), unexplained=Unexplained(False, ()),
-        beside=(), usual=np.ones(6), of_day=np.ones(6),
+        beside=(), usual=np.ones(6), of_day=np.ones(6), as_ever=frozenset(),
         after=SimpleNamespace(rmse=np.ones(6), floor=np.ones(6)),
     )  # fmt: skip
     assert sentence(found) == (

@@ -50,6 +50,7 @@ def answer(**changed):
         healthy_numbers=lambda finding: None,
         changes=lambda finding: (),
         usual=np.full(6, np.nan),
+        as_ever=frozenset(),
         of_day=np.full(6, np.nan),
         by_file=np.zeros(6),
         judged=True,
@@ -337,10 +338,10 @@ def test_nothing_changed_is_not_said_where_more_structured_error_is_left_than_on
     quiet = SimpleNamespace(rmse=0.1 * ONES, floor=0.08 * ONES)
     made = answer(after=quiet, healthy=HEALTHY, usual=0.1 * ONES)
     assert sentence(made) == "Nothing changed that these flights can tell."
-    made.unexplained = Unexplained(True, (loud("tx"),))
+    made.unexplained, made.as_ever = Unexplained(True, (loud("tx"),)), frozenset({"tx", "ty"})
     as_ever = "error without a name is left on tx, no more than on the healthy flights."
     assert sentence(made) == f"Nothing changed that these flights can tell; {as_ever}"
-    made.usual = np.where(np.array(AXES) == "tx", 0.09, 0.11)
+    made.as_ever = frozenset({"ty"})
     assert sentence(made).startswith("No change has a name here; structured error is left on tx that")
     made.unexplained = Unexplained(True, (loud("tx"), loud("ty")))
     assert sentence(made).endswith("explains; error without a name is left on ty, no more than on the healthy flights.")

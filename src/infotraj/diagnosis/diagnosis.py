@@ -19,6 +19,7 @@ from infotraj.diagnosis.gates.impossible_body import impossible_body
 from infotraj.diagnosis.gates.level import as_level
 from infotraj.diagnosis.gates.observing import observe
 from infotraj.diagnosis.gates.saturation import saturated
+from infotraj.diagnosis.judge.as_ever import as_ever, largest
 from infotraj.diagnosis.judge.deciding import Asked, decided
 from infotraj.diagnosis.judge.evidence import overdispersion
 from infotraj.diagnosis.judge.numbers import FileNumber, beside_what_stays, file_numbers, fitted_numbers
@@ -30,7 +31,7 @@ from infotraj.diagnosis.linear.candidates import Candidate, candidates, places
 from infotraj.diagnosis.linear.change import Change, changes
 from infotraj.diagnosis.linear.healthy import Healthy
 from infotraj.diagnosis.linear.observation import Member, Observation
-from infotraj.diagnosis.measure.residual import FlightSamples
+from infotraj.diagnosis.measure.residual import FlightSamples, flight_samples
 from infotraj.diagnosis.select.around import linearised
 from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.fit import Fit
@@ -67,7 +68,8 @@ class Diagnosis:
     named ones to hold; start, stop: s, the part of every flight that was used; healthy: what they were held against in
     place of the model; usual (6,): the largest error that it leaves on any of its own flights, NaN where that is not
     known; of_day (6,): the error that stays where the healthy numbers are as the day of these flights may have them;
-    by_file (6,): share of the error that what corrects the file takes off.
+    by_file (6,): share of the error that what corrects the file takes off; as_ever: axes of the residual on which
+    what is left, of force or torque the error as well, is no more than on some healthy flight.
     """
 
     findings: tuple[Finding, ...]
@@ -93,6 +95,7 @@ class Diagnosis:
     usual: Array = field(default_factory=lambda: _unknown())
     of_day: Array = field(default_factory=lambda: _unknown())
     by_file: Array = field(default_factory=lambda: _unknown())
+    as_ever: frozenset[str] = frozenset()
 
     @property
     def samples(self) -> tuple[FlightSamples, ...]:
@@ -217,7 +220,10 @@ def diagnose(
     reached("structure")
     rng = np.random.default_rng([seed, 1])
     of_inertia = free_products(search, whole)
-    asked = Asked(search, tuple(catalog), why_not, refused, matters, seed, rng, start, stop, of_inertia)
+    o = search.observation
+    of_healthy = _of_healthy(model, healthy, o.balance, start, stop)
+    usual_on = as_ever(largest(model, o.samples, o.balance), of_healthy)
+    asked = Asked(search, tuple(catalog), why_not, refused, matters, seed, rng, start, stop, of_inertia, usual_on)
     findings, told, made, others = decided(asked, whole)
     reached("errors")
     final, supported = made.fit, named(findings)
@@ -242,6 +248,7 @@ def diagnose(
     beside = told if of_inertia is None or of_inertia.candidate in told.known else of_inertia.beside(told)
     stays = asked.left(beside)
     of_file = file_numbers(beside, sure, unsure, asked.faint(told), own, others, stays) if search.known else ()
+    leaves = _unknown() if healthy is None else _usual(model, healthy, start, stop)
     return Diagnosis(
         findings,
         supported,
@@ -263,9 +270,10 @@ def diagnose(
         start,
         stop,
         healthy,
-        _unknown() if healthy is None else _usual(model, healthy, start, stop),
+        leaves,
         _unknown() if healthy is None or not search.known else _of_day(search.observation, told, chosen, start, stop),
         _unknown() if healthy is not None else _by_file(search, made.beside, added, before, after, start, stop),
+        _no_more(as_ever(largest(after_model, o.samples, o.balance), of_healthy), after, leaves),
     )
 
 
@@ -353,6 +361,21 @@ def _usual(model: Model, healthy: Healthy, start: float | None, stop: float | No
     """The largest error that the healthy model leaves on any healthy flight, (6,)."""
     made = refusal.compared(model, healthy.flights, start, stop)
     return np.fmax.reduce([statistics([e]).rmse for e in made])
+
+
+def _of_healthy(
+    model: Model, healthy: Healthy | None, balance: frozenset[str], start: float | None, stop: float | None
+) -> dict[str, Array]:
+    """The largest error that the healthy model leaves on any healthy flight, by axis of the residual."""
+    if healthy is None:
+        return {}
+    return largest(model, (flight_samples(model, f, start, stop, _CLEAR) for f in healthy.flights), balance)
+
+
+def _no_more(now: frozenset[str], after: Statistics, usual: Array) -> frozenset[str]:
+    """Those axes of the residual on which the error of force or torque that is told is no larger than usual, too."""
+    more = {a for a, x, y in zip(AXES, after.rmse, usual, strict=True) if x > y}
+    return frozenset(a for a in now if refusal.axis_group(a) not in more)
 
 
 def _of_day(

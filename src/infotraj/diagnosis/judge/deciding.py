@@ -40,7 +40,8 @@ _AGAIN = 10  # times its mean takes judging anew, where it comes
 class Asked:
     """What verdicts are drawn from beside a set: the search, names of the catalogue, those without a candidate and why,
     axes on which nothing can be said, the least rise that counts; start, stop: s, the part of every flight to use;
-    products: of inertia, where these flights show them and the file leaves them out."""
+    products: of inertia, where these flights show them and the file leaves them out; as_ever: axes of the residual on
+    which the healthy model leaves no more than on some healthy flight."""
 
     search: Search
     order: tuple[str, ...]
@@ -52,6 +53,7 @@ class Asked:
     start: float | None = None
     stop: float | None = None
     products: Products | None = None
+    as_ever: frozenset[str] = frozenset()
     _left: dict[int, tuple[Fit, Unexplained]] = field(default_factory=dict)
     _faint: dict[int, tuple[Fit, dict[str, float]]] = field(default_factory=dict)
 
@@ -68,7 +70,16 @@ class Asked:
         """Findings of a set, and rivals that stand for a group."""
         faint = self.faint(told) if any(j.member.candidate.cls.like_commands for j in judged) else {}
         judge = Judge(
-            self.search, told, judged, self.order, self.left(told), self.refused, self.matters, self.rng, faint
+            self.search,
+            told,
+            judged,
+            self.order,
+            self.left(told),
+            self.refused,
+            self.matters,
+            self.rng,
+            faint,
+            self.as_ever,
         )
         return judge.findings(self.hidden)
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from infotraj.diagnosis.gates.refusal import axis_group
 from infotraj.diagnosis.judge.evidence import Evidence, evidence_of_absent, left_by_set, little
 from infotraj.diagnosis.judge.groups import Rival, rivals
 from infotraj.diagnosis.judge.needed import SURE, Judged
@@ -64,7 +65,8 @@ _Alike = tuple[Member, dict[str, Any], Rival | None]  # a member of a group, its
 class Judge:
     """What verdicts are drawn from: the search, the set of effects that predict, all that was judged for it, names of
     the catalogue, structure that is left, axes on which nothing can be said; faint: axes of torque of which less than
-    half goes with the set's prediction, and that share, where what makes torques larger as a whole is asked about."""
+    half goes with the set's prediction, and that share, where what makes torques larger as a whole is asked about;
+    as_ever: axes on which these flights leave no more of the healthy model than some healthy flight does."""
 
     search: Search
     whole: Fit
@@ -75,6 +77,7 @@ class Judge:
     matters: float
     rng: np.random.Generator
     faint: Mapping[str, float] = field(default_factory=dict)
+    as_ever: frozenset[str] = frozenset()
 
     def findings(self, hidden: Mapping[str, str]) -> tuple[tuple[Finding, ...], dict[str, Rival]]:
         """One finding for each effect of the catalogue, in its order, and rivals that stand for a group, by name.
@@ -165,11 +168,23 @@ class Judge:
         if e.probability < least or e.selected < SURE:
             chance = f"{100 * e.probability:.0f} % probable, better on {100 * e.selected:.0f} % of the resamples"
             return "Plausible", f"{chance} of flights that were not fitted"
-        faint = self._faint(j)
+        faint = self._faint(j) or self._usual(e)
         if faint:
             return "Plausible", faint
         beside = "" if e.gain >= HALVES else more_stays(self.left, e.falls, e.by_axis)
         return ("Plausible", beside) if beside else (None, "")
+
+    def _usual(self, e: Evidence) -> str:
+        """That an effect takes too little off where these flights leave more than every healthy one; empty if not.
+
+        Of few healthy flights no one knows what all of them may differ by: an error as large as one of theirs needs no
+        change to explain it.
+        """
+        on = [a for a, x in e.falls.items() if a in self.as_ever and x > 0.0]
+        if not on or sum(x for a, x in e.falls.items() if a not in self.as_ever and x > 0.0) >= TELLS:
+            return ""
+        most = max(on, key=lambda a: e.falls[a])
+        return f"the healthy model leaves no more on {axis_group(most) or most} here than on some healthy flight"
 
     def _faint(self, j: Judged) -> str:
         """That what changes a predicted torque as a whole, or goes with what is fed back, is told by a torque of which

@@ -195,7 +195,7 @@ def sentence(found: Diagnosis) -> str:
         # What is out of line has been told, and comes first.
         first += f", first of all {' and '.join(most)}" if most and not out_of_line else ""
     left = [s for s in found.unexplained.axes if axis_group(s.axis) not in unnamed]
-    as_ever = [s for s in left if _as_ever(found, s)]
+    as_ever = [s for s in left if s.axis in found.as_ever]
     left = [s for s in left if s not in as_ever]
     structured, unpredicted = [s for s in left if s.predicted], [s for s in left if not s.predicted]
     if structured:
@@ -206,12 +206,6 @@ def sentence(found: Diagnosis) -> str:
     if as_ever:
         first += f"; error without a name is left on {_largest(found, as_ever)}, no more than on the healthy flights"
     return first + "."
-
-
-def _as_ever(found: Diagnosis, left: Structure) -> bool:
-    """Whether the error that is left on an axis is no larger than on some healthy flight."""
-    axis = axis_group(left.axis)
-    return axis is not None and bool(found.after.rmse[AXES.index(axis)] <= found.usual[AXES.index(axis)])
 
 
 def _named(found: Diagnosis, f: Finding) -> str:
@@ -256,7 +250,7 @@ def _changed_or_not(found: Diagnosis, parts: Sequence[str], unnamed: Mapping[str
         first = f"Changed: {', '.join(parts)}"
     elif perhaps:
         first = "No change is sure"
-    elif found.unexplained.found and not all(_as_ever(found, s) for s in found.unexplained.axes):
+    elif found.unexplained.found and not all(s.axis in found.as_ever for s in found.unexplained.axes):
         first = "No change has a name here"
     else:
         first = "Nothing changed that these flights can tell"
