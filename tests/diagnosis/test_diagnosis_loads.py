@@ -11,18 +11,15 @@ import pytest
 import yaml
 from exact_simulation import fly
 
-from infotraj.datasets.location import find_dataset, how_to_get
 from infotraj.diagnosis.adding import add
 from infotraj.diagnosis.diagnosis import diagnose
 from infotraj.diagnosis.gates.observing import observe
-from infotraj.diagnosis.gates.premises import examined
 from infotraj.diagnosis.linear.candidates import candidates
 from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.select.around import linearised
 from infotraj.diagnosis.select.swinging import shape_of, swung
 from infotraj.effects import catalogue
 from infotraj.flight import Flight
-from infotraj.importing import import_log
 from infotraj.models import Model
 from infotraj.vehicle import load_vehicle
 
@@ -83,19 +80,3 @@ def test_the_length_holds_over_a_minute():
     table = fly(CONTENT, {"suspended_load": {"mass": 0.1, "length": 0.8}}, seconds=60, seed=0, noise=NOISE)
     added = add(Model(VEHICLE), ["suspended_load"], (Flight(table, {}),))
     assert added.model.effects[0].length == pytest.approx(0.8, rel=0.01)
-
-
-@pytest.mark.long
-def test_a_load_of_5_g_on_half_a_metre_is_found_on_real_flights():
-    """Three flights of crazyswarm2-tools (docs/real_flights.md), cut in mid-air, whose load swings as they begin."""
-    folder = find_dataset("crazyswarm2")
-    if folder is None:
-        pytest.skip(how_to_get("crazyswarm2"))
-    vehicle = load_vehicle(FILE.parent / "crazyswarm2.yaml")
-    logs = [import_log(folder / name, mapping="crazyflie") for name in ("logs/log201", "logs/log202", "logs/log204")]
-    found = diagnose(Model(vehicle), [examined(log, vehicle) for log in logs])
-    told = found.finding("suspended_load")
-    assert told.verdict == "Supported"
-    assert told.parameters["mass"] == pytest.approx(0.005, rel=0.1)
-    assert told.parameters["length"] == pytest.approx(0.5, rel=0.1)
-    assert "wind" not in found.supported

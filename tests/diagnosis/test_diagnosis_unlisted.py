@@ -21,7 +21,9 @@ UNLISTED = {
 
 @cache
 def answer(name):
-    return diagnose(Model(OMAV), fly(hide(OMAV, [(name, UNLISTED[name])]), flights=4, seconds=12.0))
+    # A near tie is one in few flights alone.
+    size = {"flights": 4, "seconds": 12.0} if name == "flexible_arm" else {"flights": 3, "seconds": 10.0}
+    return diagnose(Model(OMAV), fly(hide(OMAV, [(name, UNLISTED[name])]), **size))
 
 
 @pytest.mark.long
