@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from infotraj.diagnosis.diagnosis import _no_more
 from infotraj.diagnosis.judge.as_ever import as_ever, largest
 from infotraj.diagnosis.judge.evidence import Evidence
 from infotraj.diagnosis.judge.verdicts import Judge
@@ -63,6 +64,13 @@ def test_of_a_balance_what_is_slow_counts_alone_and_an_axis_that_no_healthy_flig
     in_balance = most(now, balance={"tx"}), most(healthy, balance={"tx"})
     assert as_ever(*in_balance) >= {"tx", "tz"}
     assert as_ever(most(flight([0.0, 0.0, 0.0], [0.0, 0.0, 0.0], "push")), most(healthy)) == set()
+
+
+def test_an_axis_whose_told_error_is_larger_than_on_healthy_flights_is_not_as_ever():
+    after: Any = SimpleNamespace(rmse=np.array([1.0, 1.0, 2.0, 1.0, 1.0, 2.0]))
+    now = frozenset({"fx", "vz", "tz", "push z"})
+    assert _no_more(now, after, np.ones(6)) == {"fx", "push z"}
+    assert _no_more(now, after, np.full(6, np.nan)) == now
 
 
 @pytest.mark.parametrize(
