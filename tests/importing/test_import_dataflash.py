@@ -134,6 +134,18 @@ def test_outputs_that_no_parameter_calls_motors_are_left_out_with_a_note(tmp_pat
     assert any("SERVOn_FUNCTION" in note for note in found.meta["notes"])
 
 
+def test_a_tricopters_motors_are_1_2_and_4_and_what_tilts_is_said(tmp_path: Path) -> None:
+    flight = _throttled(1.0)
+    path = tmp_path / "flight.BIN"
+    path.write_bytes(dataflash_bytes(flight, functions=(33, 34, 36, 75)))
+    found = import_log(path)
+    motors = flight.numbered("cmd_rotor_")
+    np.testing.assert_allclose(found.numbered("cmd_rotor_"), motors[:, [0, 1, 3]], atol=0.51 / 800)
+    assert found.numbered("rotor_").shape[1] == 3
+    assert "motors 1, 2 and 4 of a tricopter are read as rotors 0, 1 and 2" in found.meta["notes"]
+    assert any(note.startswith("outputs 4 tilt rotors (SERVOn_FUNCTION)") for note in found.meta["notes"])
+
+
 @pytest.mark.parametrize(
     ("functions", "why"),
     [

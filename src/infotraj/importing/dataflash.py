@@ -18,6 +18,9 @@ _EXPECTED = "an ArduPilot DataFlash log (.BIN, or .log as text)"
 _REMEDY = "Download it again from the vehicle."
 # SERVOn_FUNCTION: motors 1 to 8, and 9 to 12.
 _MOTORS = {**{33 + k: k for k in range(8)}, **{82 + k: 8 + k for k in range(4)}}
+_TRICOPTER = (0, 1, 3)  # ArduPilot's tricopters have motors 1, 2 and 4
+# Outputs that tilt rotors: a tricopter's tail, all tilting rotors, those at the back, one on either side.
+_TILTS = (39, 41, 45, 46, 47, 75, 76)
 _INSTANCE = ("I", "C", "Instance", "Inst")
 _CHANNELS = 32
 
@@ -104,18 +107,38 @@ class DataFlashLog:
                 rows = columns[by] == value
                 self._tables[name, int(value)] = {c: v[rows] for c, v in columns.items()}
 
+    def _functions(self) -> dict[int, int]:
+        """Output channel, from 0: what the parameters say that it drives."""
+        said = {k: self.parameters.get(f"SERVO{k + 1}_FUNCTION") for k in range(_CHANNELS)}
+        return {k: int(function) for k, function in said.items() if function is not None and np.isfinite(function)}
+
+    def _motors(self) -> dict[int, int]:
+        """Number of the motor, as ArduPilot counts, from 0: output channel."""
+        found: dict[int, int] = {}
+        for channel, function in self._functions().items():
+            if function in _MOTORS:
+                found.setdefault(_MOTORS[function], channel)
+        return found
+
+    def _note_tricopter_and_tilts(self) -> None:
+        if tuple(sorted(self._motors())) == _TRICOPTER:
+            self.notes.append("motors 1, 2 and 4 of a tricopter are read as rotors 0, 1 and 2")
+        tilts = [str(k + 1) for k, function in self._functions().items() if function in _TILTS]
+        if tilts:
+            self.notes.append(
+                f"outputs {', '.join(tilts)} tilt rotors (SERVOn_FUNCTION): no angle of theirs is in the log; forces "
+                "along the body, and the torque about z, are predicted wrong where rotors are tilted"
+            )
+
     def _outputs(self) -> tuple[dict[int, int], str]:
         """Motor number: output channel, both from 0; or none, and why the motors' numbers are not known."""
-        found: dict[int, int] = {}
-        for channel in range(_CHANNELS):
-            function = self.parameters.get(f"SERVO{channel + 1}_FUNCTION")
-            motor = _MOTORS.get(int(function)) if function is not None and np.isfinite(function) else None
-            if motor is not None:
-                found.setdefault(motor, channel)
+        found = self._motors()
         if not found:
             return {}, "no parameters SERVOn_FUNCTION in the log that say which outputs are motors"
         missing = [str(k + 1) for k in range(max(found)) if k not in found]
-        if missing:
+        if tuple(sorted(found)) == _TRICOPTER:
+            found = {k: found[motor] for k, motor in enumerate(_TRICOPTER)}
+        elif missing:
             has = ", ".join(str(k + 1) for k in sorted(found))
             return {}, f"SERVOn_FUNCTION gives outputs to motors {has}, but none to motor {', '.join(missing)}"
         return {k: found[k] for k in sorted(found)}, ""
@@ -128,6 +151,7 @@ class DataFlashLog:
         if why_not:
             self.notes.append(f"RCOU not used: {why_not}")
             return
+        self._note_tricopter_and_tilts()
         low, high = self._pulses()
         pulses = {int(c[1:]) - 1: v for c, v in first.items() if c[:1] == "C" and c[1:].isdigit()}
         if all(channel in pulses for channel in outputs.values()):

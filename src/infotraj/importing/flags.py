@@ -26,12 +26,19 @@ def as_flags(values: Array, states: Mapping[int, int | None]) -> Array:
 def in_the_air(said: list[Array]) -> Array:
     """What several flags (n, 1) say together: 0 where any does, else 1 where any does, else NaN.
 
-    All NaN where no row is said to be in the air and some rows behind the first message are open: such flags cannot
-    tell the flight, and rows that they leave open must not count as ground.
+    A flag that says "on the ground" from its first message to the end does not count beside one that says "in the
+    air": a plane's events tell of arming alone. All NaN where no row is said to be in the air and some rows behind the
+    first message are open: such flags cannot tell the flight, and rows that they leave open must not count as ground.
     """
-    stacked = np.concatenate(said, axis=1)
+    flies = any((flag == 1).any() for flag in said)
+    stacked = np.concatenate([flag for flag in said if not (flies and _always_ground(flag[:, 0]))], axis=1)
     excluded, flying = (stacked == 0).any(axis=1), (stacked == 1).any(axis=1)
     out = np.where(excluded, 0.0, np.where(flying, 1.0, np.nan))[:, None]
     known = np.isfinite(out[:, 0])
     tells = (out == 1).any() or (known.any() and known[int(np.argmax(known)) :].all())
     return out if tells else np.full_like(out, np.nan)
+
+
+def _always_ground(flag: Array) -> bool:
+    known = np.isfinite(flag)
+    return bool(known.any() and (flag[int(np.argmax(known)) :] == 0).all())
