@@ -13,6 +13,7 @@ from check_flights import A, P, Q, V, W, simulated
 from infotraj.checking import examine
 from infotraj.checking.airborne import airborne_rows
 from infotraj.checking.cleaning import cleaned
+from infotraj.checking.columns import dead_columns
 from infotraj.checking.held import held_streams
 from infotraj.checking.report import as_json
 from infotraj.comparing import equation_error
@@ -134,6 +135,24 @@ def test_a_rotor_that_is_idle_or_saturated_is_not_dead():
     assert "dead_column" not in {f.code for f in examine(limited).findings}
 
 
+def test_coarse_telemetry_between_the_rows_of_a_faster_sensor_is_not_dead_and_a_column_that_stops_is():
+    """Speeds of 48 Hz in steps of 9 rad/s, on straight lines over rows of 333 Hz: a sample that repeats is six rows."""
+    t = np.arange(0.0, 40.0, 0.003)
+    sampled = np.arange(0.0, 40.1, 1 / 48)
+    slow = 700.0 + 30.0 * np.sin(0.9 * sampled[:, None] + np.arange(3)) + [0.0, 80.0, 310.0]
+    slow += 2.0 * np.random.default_rng(5).standard_normal(slow.shape)
+    coarse = 9.0 * np.round(slow / 9.0)
+    rotors = np.stack([np.interp(t, sampled, c) for c in coarse.T], axis=1)
+    columns = {f"rotor_{k}": rotors[:, k] for k in range(3)}
+    air = np.ones(len(t), dtype=bool)
+    assert dead_columns(Flight(pd.DataFrame({"t": t} | columns)), air) == []
+    rotors[(t > 10.0) & (t < 12.0), 1] = 805.0
+    (dead,) = dead_columns(Flight(pd.DataFrame({"t": t} | columns | {"rotor_1": rotors[:, 1]})), air)
+    assert dead.column == "rotor_1"
+    assert dead.rows[(t > 10.1) & (t < 11.9)].all()
+    assert not dead.rows[(t < 9.9) | (t > 12.1)].any()
+
+
 def test_motor_columns_that_never_turn_behind_the_last_motor_are_no_dead_sensors():
     flight = changed(measured(24), rotor_4=0.0, rotor_5=0.0)
     assert "dead_column" not in {f.code for f in examine(flight).findings}
@@ -252,6 +271,9 @@ def test_a_flag_that_never_says_so_is_believed_unless_motors_and_height_say_the_
     assert "they are believed" in found(result, "airborne_flag").what
     assert result.airborne_seconds == pytest.approx(airborne_rows(flight).seconds(flight.t))
     imu = Flight(flight.table[["t", *W, *A, *MOTORS]].assign(airborne=0.0))
+    # An estimator that settles on the ground climbs, too.
+    climbs = resting(airborne=0.0, px=0.0, py=0.0, pz=np.minimum(0.3 * np.maximum(np.arange(2000) * 0.01 - 8.0, 0), 1))
+    assert "no_flight" in {f.code for f in examine(climbs).findings}
     assert "no_flight" in {f.code for f in examine(imu).findings}
 
 

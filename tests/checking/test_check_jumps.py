@@ -54,6 +54,18 @@ def test_a_sign_that_changes_is_dated_likewise_and_the_fewer_rows_are_wrong():
     assert np.array_equal(np.flatnonzero(found.rows), np.arange(600, 900))
 
 
+def test_among_many_far_jumps_the_few_to_minus_x_or_the_other_end_are_chance():
+    """A wheel on grass: jumps of any size, some of them from x to nearly -x."""
+    rng = np.random.default_rng(3)
+    x = 0.05 * rng.standard_normal(len(T))
+    rough = np.arange(1500, 1570)
+    x[rough] = rng.uniform(-4.0, 4.0, len(rough))
+    far = np.abs(np.diff(x)) > 5.0 * np.percentile(np.abs(np.diff(x)), 95)
+    to_minus = np.abs(x[1:] + x[:-1]) < 0.1 * np.abs(np.diff(x))
+    assert 2 <= (far & to_minus).sum() < 0.5 * far.sum()
+    assert jumped("ay", x) == []
+
+
 def test_what_comes_back_within_a_few_samples_is_a_spike_and_a_range_of_two_values_does_not_wrap():
     x = RISE.copy()
     x[600:604] *= -1.0

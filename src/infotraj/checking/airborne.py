@@ -84,9 +84,12 @@ def _judged(flight: Flight, vehicle: Vehicle | None) -> Airborne:
 
 
 def _believed(flight: Flight, flag: Airborne, other: Airborne) -> Airborne:
-    """The flag, unless it stands still at one value while motors and height clearly say the opposite."""
+    """The flag, unless it stands still at one value while motors and height clearly say the opposite.
+
+    Height alone does not: an estimator that settles on the ground climbs, too.
+    """
     t = flight.t
-    if not flag.rows.any() and other.ground is not None and "height" in other.how:
+    if not flag.rows.any() and other.ground is not None and other.how.endswith("and height"):
         high = np.abs(_filled(flight.get("pz")[:, 0]) - other.ground) > CLEARLY_HIGH
         seconds = Airborne(other.rows & high, "", None).seconds(t)
         if seconds > CLEARLY_LONG:

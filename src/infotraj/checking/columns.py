@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from infotraj.checking.finding import Finding, spans_text
 from infotraj.checking.percent import percent
@@ -21,9 +22,11 @@ from infotraj.vehicle import Vehicle
 SHORTEST = 0.5  # s
 SURE = 16.0  # natural logarithm of the odds against chance
 COARSE = 0.2  # a column that repeats so often rests on its steps: it is dead only if it jumps afterwards
-JUMP = 3.0  # of its smallest steps
+JUMP = 3.0  # of its usual steps
+MOST = 0.9  # of its steps are usual ones
 ROUGH = 0.3  # spread of second over first differences: white noise has 1.7, a smooth signal almost none
 LOST_SHARE = 0.01
+LINE = 1e-6  # of the largest value: single precision's rounding is less
 
 
 @dataclass(frozen=True)
@@ -47,7 +50,9 @@ def dead_columns(flight: Flight, airborne: Mask, vehicle: Vehicle | None = None)
         if len(good) < 50:
             continue
         t, x = flight.t[good], x[good]
-        dead = np.stack([_dead(t, x, c, columns == rotors) for c in range(x.shape[1])], axis=1)
+        at = _sampled(t, x)
+        dead = np.stack([_dead(t[at], x[at], c, columns == rotors) for c in range(x.shape[1])], axis=1)
+        dead = dead[np.minimum(np.searchsorted(at, np.arange(len(x))), len(at) - 1)]  # rows between belong to the next
         if columns == rotors:
             dead |= _stopped(x)
         for c, column in enumerate(columns):
@@ -57,6 +62,15 @@ def dead_columns(flight: Flight, airborne: Mask, vehicle: Vehicle | None = None)
                 share = float(dead[:, c].sum() / len(good))
                 found.append(DeadColumn(column, rows, float(np.median(x[dead[:, c], c])), share))
     return found + _never_commanded(flight, airborne, vehicle)
+
+
+def _sampled(t: Array, x: Array) -> NDArray[np.intp]:
+    """Rows of x (n, k) that hold samples: all, or where most lie on straight lines between others (an import that made
+    the rows of a faster stream) the ends of these lines. One sample that repeats is six rows that do not change."""
+    along = ((t[1:-1] - t[:-2]) / (t[2:] - t[:-2]))[:, None]
+    kink = np.abs(x[1:-1] - x[:-2] - along * (x[2:] - x[:-2])) > LINE * np.abs(x).max()
+    at = np.flatnonzero(np.concatenate([[True], kink.any(axis=1), [True]]))
+    return at if len(at) < 0.5 * len(x) else np.arange(len(x))
 
 
 def _never_commanded(flight: Flight, airborne: Mask, vehicle: Vehicle | None) -> list[DeadColumn]:
@@ -149,19 +163,20 @@ def _dead(t: Array, x: Array, c: int, whole: bool) -> Mask:
     if chance >= 1:
         return out
     step = np.abs(np.diff(x[:, c]))
-    smallest = step[step > 0].min()
+    usual = np.quantile(step[step > 0], MOST)
     extremes = x[:, c].min(), x[:, c].max()
     at_end = [x[b, c] for _, b in repeats if x[b, c] in extremes]
-    for a, b in repeats:
+    beyond = [(a, b) for a, b in repeats if new[a:b].sum() * np.log(1 / chance) > SURE]
+    held = [x[b, c] for _, b in beyond]
+    for a, b in beyond:
         # at the end of its range a motor idles or is saturated; a sensor that is clipped comes back there
         if x[b, c] in extremes and (whole or at_end.count(x[b, c]) > 1):
             continue
-        count = new[a:b].sum()
-        unlikely = count * np.log(1 / chance) > SURE and count > 0.5 * (b - a)
-        if not unlikely or t[b] - t[a] < SHORTEST:
+        if new[a:b].sum() <= 0.5 * (b - a) or t[b] - t[a] < SHORTEST:
             continue
         after = abs(x[b + 1, c] - x[b, c]) if b + 1 < len(x) else np.inf
-        if chance < COARSE or after > JUMP * smallest:
+        # a value that is held time and again is one of the steps on which a coarse column rests
+        if (chance < COARSE and held.count(x[b, c]) == 1) or after > JUMP * usual:
             out[a : b + 1] = True
     return out
 
