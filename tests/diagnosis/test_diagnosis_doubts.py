@@ -285,10 +285,10 @@ def test_where_the_order_of_columns_is_not_known_no_single_actuator_is_asked_abo
     assert hidden == {**dict.fromkeys(names, "why"), "wind": "no"}
 
 
-def throttles(share, monkeypatch):
-    """Two flights of four throttles: the second rotor is at 99 % for this share of the first flight."""
+def throttles(share, monkeypatch, most=0.99):
+    """Two flights of four throttles: the second rotor is at `most` for this share of the first flight."""
     vehicle = QUAD.model_copy(update={"rotors": tuple(r.model_copy(update={"input": "throttle"}) for r in QUAD.rotors)})
-    high = np.where(np.arange(len(T)) < share * len(T), 0.99, 0.6)
+    high = np.where(np.arange(len(T)) < share * len(T), most, 0.6)
     made = [
         flight(**{f"cmd_rotor_{i}": high if (i, k) == (1, 0) else np.full(len(T), 0.6) for i in range(4)})
         for k in range(2)
@@ -304,6 +304,14 @@ def test_a_rotor_that_is_at_full_throttle_for_a_fiftieth_of_a_flight_is_said(mon
     assert said.reason.startswith("rotor_1 is at full throttle in 5 % of a flight")
     assert not said.counts
     assert throttles(0.01, monkeypatch) == []
+
+
+def test_the_most_that_an_autopilot_gives_is_full_throttle(monkeypatch):
+    """ArduPilot's motors end at MOT_SPIN_MAX, 0.95. A motor that is never held at its most is not at its end."""
+    (said,) = throttles(0.05, monkeypatch, most=0.95)
+    assert said.reason.startswith("rotor_1 is at full throttle in 5 % of a flight")
+    assert throttles(0.05, monkeypatch, most=0.7) == []
+    assert throttles(0.05, monkeypatch, most=np.linspace(0.91, 0.95, len(T))) == []
 
 
 def unanswered(monkeypatch, measured, predicted, vehicle=QUAD, given=None, **more):
