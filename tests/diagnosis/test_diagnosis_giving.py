@@ -99,6 +99,19 @@ def test_of_a_force_that_corrects_the_file_the_axis_goes_that_is_predicted_worse
     np.testing.assert_allclose(fit.solution.theta[[0, 2]], [1.0, 5.0], rtol=0.05)
 
 
+def test_a_number_stays_without_which_the_axis_is_predicted_no_better(monkeypatch):
+    """fy is predicted worse than by the model as given; without d[0] it would be worse still, whatever fx gains."""
+    shares = {(): [0.5, 1.3, 1.0], (0,): [0.2, 1.6, 1.0], (1,): [0.9, 1.2, 1.0], (2,): [0.6, 1.3, 1.0]}
+    monkeypatch.setattr(giving, "_acts", lambda *_: True)
+    monkeypatch.setattr(giving, "_shares", lambda made, each: np.array(shares[tuple(np.flatnonzero(each[0] == 0.0))]))
+    fit, lost, held_back = _pruned(drag_on([[1.0] * 4] * 3))
+    assert (lost, held_back) == ({}, {})
+    assert fit.solution.theta.all()
+    shares[(0,)][1] = 1.2
+    shares[(0, 1)] = shares[(0, 2)] = [1.0, 1.2, 1.0]
+    assert "d[0]" in _pruned(drag_on([[1.0] * 4] * 3))[2]["linear_drag"]
+
+
 def test_an_effect_without_a_number_left_is_lost():
     _, lost, _ = _pruned(drag_on([[1.0, -0.9, 1.1, -1.0]] * 3))
     assert "predicted worse" in lost["linear_drag"]

@@ -220,9 +220,11 @@ def _pruned(made: Fit) -> tuple[Fit, dict[str, str], dict[str, str]]:
         if share[k] <= WORSE or not left:
             break
         tried = {u: _without(theta, each, u) for u in left}
-        best = min(left, key=lambda u: net(_shares(made, tried[u][1])))
-        if net(_shares(made, tried[best][1])) >= net(share):
+        shares = {u: _shares(made, x) for u, (_, x) in tried.items()}
+        spoil = [u for u in left if shares[u][k] < share[k] and net(shares[u]) < net(share)]
+        if not spoil:
             break
+        best = min(spoil, key=lambda u: net(shares[u]))
         axis = refusal.axis_group(made.linear.sums.axes[k]) or made.linear.sums.axes[k]
         why.setdefault(units[best], f"{axis} is predicted worse with it, by {100 * (share[k] - 1):.0f} %")
         gone.add(best)
