@@ -37,6 +37,8 @@ REFERENCE_ATTITUDE = ("ref_qw", "ref_qx", "ref_qy", "ref_qz")
 
 PART = "infotraj: part"  # metadata of a part of a flight: s, where it begins and ends. No log has a key of this name
 
+BEGAN = "infotraj: began"  # metadata of a part of a flight: s, when the whole of it begins
+
 _META_KEY = b"infotraj"
 
 

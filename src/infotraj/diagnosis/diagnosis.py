@@ -436,6 +436,8 @@ def _searched(
         observation = observation.without_axes(ignored)
     if like is not None and {c.label for c in left_to} != {c.label for c in like.known}:
         like = None
+    if like is not None and observation.turned != like.linear.observation.turned:
+        like = None  # its columns are of forces beside turns that are not believed any more
     if like is not None:
         first = like.linear.without_axes(observation.ignored)
     else:

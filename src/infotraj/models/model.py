@@ -73,11 +73,12 @@ class Model:
         prepared.kept.get("channels", self.key, lambda: self._check_channels(prepared.flight))
         law, imu = prepared.as_logged(self.actuator_law, self.imu_law)
         frame, air = self.body_law, self.air_law
-        found = [
-            self._segment(prepared, s, prepared.along(s, imu, law, air, self._flown), imu, law, frame)
-            for s in prepared.segments(imu, law)
-        ]
-        rows = [np.concatenate([*(f[i][:-1] for f in found[:-1]), found[-1][i]]) for i in range(len(found[0]))]
+        n, rows = len(prepared.recorded.t), list[Array]()
+        for s in prepared.segments(imu, law):
+            found = self._segment(prepared, s, prepared.along(s, imu, law, air, self._flown), imu, law, frame)
+            rows = rows or [np.full((n, 3), np.nan) for _ in found]
+            for whole, part in zip(rows, found, strict=True):
+                whole[s.start : s.stop] = part  # the last row again by the next one, which knows the step after it
         force, force_mean, turn, turn_mean = (x @ imu.rotation.T for x in as_sensed(prepared.recorded, rows, imu.lag))
         return Prediction(
             prepared.recorded.t,
@@ -197,7 +198,10 @@ class Model:
                 spin_up = self._spin_up(line, momentum, slope, inertia, imu.lag)
         elif rate is not None and (frame.center_of_mass.any() or frame.measured_at.any()):
             angular = prepared.angular_acceleration(line.time, imu)
-        f = body.specific_force(frame, force, rate, angular) if frame.mass is not None else unknown
+        turn, predicted = angular, ~prepared.turned
+        if not predicted.all() and rate is not None and (frame.center_of_mass.any() or frame.measured_at.any()):
+            turn = np.where(predicted, angular, prepared.angular_acceleration(line.time, imu))
+        f = body.specific_force(frame, force, rate, turn) if frame.mass is not None else unknown
         loads = [e.load(along) for e in self._with("load")]
         if loads and frame.mass is not None:
             free = f
@@ -206,8 +210,9 @@ class Model:
             for load, pull in zip(loads, body.pulls(frame, loads, free), strict=True):
                 df, dw = body.response_to_force(frame, load.direction)
                 f, angular = f + pull[:, None] * df, angular + pull[:, None] * dw
+                turn = turn + pull[:, None] * dw * predicted
         if frame.measured_at.any():
-            f = f + body.lever(frame.measured_at, rate, angular)
+            f = f + body.lever(frame.measured_at, rate, turn)
         if inertia is None or rate is None:
             angular = unknown
         result = [line.at_rows(f), line.means(f), line.at_rows(angular), line.means(angular)]
@@ -217,7 +222,7 @@ class Model:
             for of_force, of_turn, more in zip((0, 1, 4), (2, 3, 5), spin_up, strict=False):
                 # The point that is measured, from the centre of mass, which it turns about.
                 if (arm := frame.measured_at - frame.center_of_mass).any():
-                    result[of_force] = result[of_force] + body.cross(more, arm)
+                    result[of_force] = result[of_force] + body.cross(more * predicted, arm)
                 result[of_turn] = result[of_turn] + more
         return result
 

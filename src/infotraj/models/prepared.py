@@ -10,12 +10,13 @@ from itertools import pairwise
 from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from infotraj import rotation_matrices, rotations
 from infotraj.dynamics.inputs import for_vehicle
 from infotraj.effects.along import Actuation, Along, Motion, OriginPath
 from infotraj.effects.laws import ActuatorLaw, AirLaw, ImuLaw
-from infotraj.flight import Flight
+from infotraj.flight import BEGAN, Flight
 from infotraj.models.actuation import rotors_at, tilts_at
 from infotraj.models.interpolation import interpolate
 from infotraj.models.origin_path import origin_path
@@ -23,13 +24,16 @@ from infotraj.models.recorded import Recorded, Samples, recorded, slopes
 from infotraj.models.rotor_wrench import wrench_of_inputs
 from infotraj.models.sensor_lag import slope
 from infotraj.models.timeline import Timeline, timeline
-from infotraj.rotations import Array
+from infotraj.rotations import Array, Mask
 from infotraj.vehicle import Vehicle
 
 T = TypeVar("T")
 _BESIDE = 64  # samples beside a segment that interpolation may look at, enough to know their usual interval
 SEGMENT = 8192  # rows evaluated at once, so that memory does not grow with the flight
-_KEPT_ROWS = 40_000  # of a longer flight nothing is kept that grows with rotors and rows
+_BEFORE = (
+    1.5  # s before and after the rows that are asked for: what acts has settled within it, and what is looked back at
+)
+_KEPT_ROWS = 80_000  # of a longer flight nothing is kept that grows with rotors and rows
 
 
 class Kept:
@@ -66,20 +70,49 @@ class Prepared:
 
     coarse: predictions are means of fewer points (`timeline`); quiet: what the IMU says of recorded steps is without
     its noise (`quieted`); both for how a prediction changes. followed (3,): m, the point whose path is recorded, from
-    the body's origin; with an accelerometer the origin, whatever the place of that.
+    the body's origin; with an accelerometer the origin, whatever the place of that. asked (n,): the rows of which
+    predictions are asked, all where None; of others they say nothing (NaN), and actuators and clocks run on over them.
+    turned: body axes about which the vehicle is known to turn by what was recorded alone: no torque about them is
+    predicted, and a point beside the origin is accelerated by the turn that was measured.
     """
 
-    def __init__(self, vehicle: Vehicle, flight: Flight, coarse: bool = False, quiet: bool = False) -> None:
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        flight: Flight,
+        coarse: bool = False,
+        quiet: bool = False,
+        asked: Mask | None = None,
+        turned: tuple[bool, ...] = (False, False, False),
+    ) -> None:
         self.vehicle, self.coarse, self.quiet = vehicle, coarse, quiet
         self.flight = for_vehicle(flight, vehicle)
         self.recorded: Recorded = recorded(vehicle, self.flight)
+        self.asked, self.turned = asked, np.array(turned)
         self.wrench = wrench_of_inputs(vehicle)
         force = self.recorded.specific_force
         self.followed = np.array(vehicle.measured_at) * float(force is None or force.derived)
-        self.start = float(self.recorded.t[0])
-        rows = len(self.recorded.t)
+        self.start = float(self.flight.meta.get(BEGAN, self.recorded.t[0]))
+        rows = sum(stop - start for start, stop in self._stretches())
         self.kept = Kept(max(2, min(6, _KEPT_ROWS // rows)))
         self.kept_of_segments = Kept(min(6, _KEPT_ROWS // rows))
+
+    def part(self, asked: Mask, airborne: Mask) -> Prepared:
+        """The flight from a little before the vehicle is in the air to a little after the last of the rows asked for.
+
+        asked, airborne: (n,). What is recorded of the rest costs time and says nothing. The clock of effects begins
+        where the log does, and a load that hangs from the vehicle swings since it is in the air.
+        """
+        flying = np.flatnonzero(airborne | asked)
+        first, last = _around(self.recorded.t, flying[flying <= np.flatnonzero(asked)[-1]])
+        flight = self.flight
+        table = flight.table.assign(airborne=airborne.astype(float))[first:last].reset_index(drop=True)
+        return self.of(flight=Flight(table, {**flight.meta, BEGAN: self.start}), asked=asked[first:last])
+
+    def of(self, **changes: Any) -> Prepared:
+        """The flight prepared anew with these arguments, and all others as they are."""
+        own = {name: getattr(self, name) for name in ("vehicle", "flight", "coarse", "quiet", "asked", "turned")}
+        return Prepared(**own | changes)
 
     def as_logged(self, law: ActuatorLaw, imu: ImuLaw) -> tuple[ActuatorLaw, ImuLaw]:
         """The laws on this log's clocks: without an accelerometer all of the motion has one, and may be late itself."""
@@ -183,11 +216,21 @@ class Prepared:
         commands = [s.times for s, given in ((r.rotor, r.rotor_commanded), (r.tilt, r.tilt_commanded)) if given]
         jumps = np.unique(np.concatenate(commands)) + command_delay if commands else np.zeros(0)
         found = []
-        for start in range(0, max(len(t) - 1, 1), SEGMENT):
-            stop = min(start + SEGMENT + 1, len(t))
-            inside = slice(*np.searchsorted(jumps, [t[start], t[stop - 1]]))
-            found.append(Segment(start, stop, timeline(t[start:stop], jumps[inside], imu.lag, self.coarse)))
+        for first, last in self._stretches():
+            for start in range(first, max(last - 1, first + 1), SEGMENT):
+                stop = min(start + SEGMENT + 1, last)
+                inside = slice(*np.searchsorted(jumps, [t[start], t[stop - 1]]))
+                found.append(Segment(start, stop, timeline(t[start:stop], jumps[inside], imu.lag, self.coarse)))
         return found
+
+    def _stretches(self) -> list[tuple[int, int]]:
+        """First row, and the one after the last, of each stretch that holds rows which are asked for."""
+        t = self.recorded.t
+        if self.asked is None or not self.asked.any():
+            return [(0, len(t))]
+        rows = np.flatnonzero(self.asked)
+        parts = np.split(rows, np.flatnonzero(np.diff(t[rows]) > 2.0 * _BEFORE) + 1)
+        return [_around(t, part) for part in parts]
 
     def _actuators(self, segment: Segment, imu: ImuLaw, law: ActuatorLaw) -> Actuation:
         """The part of the flight's actuators that belongs to the segment."""
@@ -216,3 +259,10 @@ def _at(samples: Samples, time: Array) -> Array:
     first, last = np.searchsorted(samples.times, [time[0], time[-1]])
     near = slice(max(first - _BESIDE, 0), last + _BESIDE)
     return interpolate(samples.times[near], samples.values[near], time, samples.usual)
+
+
+def _around(t: Array, rows: NDArray) -> tuple[int, int]:
+    """First row, and the one after the last, of the stretch with these rows (m,) and what lies a little beside them."""
+    there = t[rows]
+    first = np.searchsorted(t, there[0] - _BEFORE)
+    return int(first), int(np.searchsorted(t, there[-1] + _BEFORE, side="right"))

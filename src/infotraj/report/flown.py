@@ -29,9 +29,9 @@ def flown(found: Diagnosis, checks: Sequence[Check]) -> list[dict[str, Any]]:
     rows = []
     by_source = {c.source: c for c in checks}
     for s in found.samples:
-        source = str(s.flight.meta.get("source", "flight"))
+        source = str(s.logged.meta.get("source", "flight"))
         check = by_source.get(source)
-        t = s.flight.t
+        t = s.logged.t
         rows.append(
             {
                 "path": source,

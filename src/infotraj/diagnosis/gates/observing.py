@@ -38,4 +38,4 @@ def _samples(model: Model, flight: Flight, start: float | None, stop: float | No
     if any(c.name in ("force", "velocity", "rate") for c in s.channels):
         return s
     what = f"{s.flight.meta.get('source', 'flight')}: nothing to compare"
-    raise unscored(what, [f"{k}: {v}" for k, v in s.reasons.items()], s.left_out, len(s.flight.t))
+    raise unscored(what, [f"{k}: {v}" for k, v in s.reasons.items()], s.left_out, len(s.logged.t))

@@ -13,12 +13,11 @@ from infotraj.diagnosis.linear.candidates import Candidate, Place, places, read,
 from infotraj.diagnosis.linear.healthy import Healthy
 from infotraj.diagnosis.linear.sums import Blocks
 from infotraj.diagnosis.measure.lapped import Lapped
-from infotraj.diagnosis.measure.residual import FlightSamples
+from infotraj.diagnosis.measure.residual import AXES, FlightSamples
 from infotraj.effects.base import Effect
 from infotraj.errors import InputError
 from infotraj.flight import Flight
 from infotraj.models import Model
-from infotraj.models.prepared import Prepared
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
@@ -64,6 +63,11 @@ class Observation:
         """The flights themselves."""
         return [s.flight for s in self.samples]
 
+    @property
+    def turned(self) -> tuple[bool, ...]:
+        """About which of the body's axes it turns as recorded, where forces beside the origin are predicted."""
+        return tuple(a in self.ignored for a in AXES["rate"])
+
     @cached_property
     def coarse(self) -> tuple[FlightSamples, ...]:
         """The same samples for how predictions change with a number: means of fewer points, the IMU without its noise.
@@ -71,7 +75,7 @@ class Observation:
         Of a slow log all points: between rows that are far apart actuators move by more than fewer can say.
         """
         return tuple(
-            replace(s, prepared=Prepared(s.prepared.vehicle, s.prepared.flight, coarse=dense, quiet=True))
+            replace(s, prepared=s.prepared.of(coarse=dense, quiet=True))
             for s, dense in ((s, float(np.median(np.diff(s.flight.t))) <= _DENSE) for s in self.samples)
         )
 
@@ -100,8 +104,16 @@ class Observation:
         return replace(self, samples=(self.samples[number],))
 
     def without_axes(self, axes: AbstractSet[str]) -> Observation:
-        """The same flights with these axes, by name, left out of everything that is weighed."""
-        return replace(self, ignored=self.ignored | axes)
+        """The same flights with these axes, by name, left out of everything that is weighed.
+
+        About an axis whose torque is not believed the vehicle turns as it was recorded to, for forces beside it.
+        """
+        made = replace(self, ignored=self.ignored | axes)
+        if made.turned == self.turned:
+            return made
+        return replace(
+            made, samples=tuple(replace(s, prepared=s.prepared.of(turned=made.turned)) for s in self.samples)
+        )
 
 
 def packed(members: Sequence[Member], vehicle: Vehicle) -> tuple[Array, list[tuple[int, Place]]]:

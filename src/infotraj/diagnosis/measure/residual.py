@@ -66,16 +66,18 @@ class Channel:
 
 @dataclass(frozen=True)
 class FlightSamples:
-    """A flight prepared for a vehicle, the channels that can be compared, and the rows left out, by reason."""
+    """The part of a flight that is used, prepared for a vehicle, the channels that can be compared, and the rows left
+    out, by reason; logged: the whole of the flight."""
 
     prepared: Prepared
     channels: tuple[Channel, ...]
     left_out: dict[str, int]
     reasons: dict[str, str]
+    logged: Flight
 
     @property
     def flight(self) -> Flight:
-        """The flight."""
+        """The part of it that is used, and a little before and after."""
         return self.prepared.flight
 
     def residual(self, model: Model) -> list[Array]:
@@ -108,18 +110,26 @@ def flight_samples(
     flight, prediction = prepared.flight, model.predict(prepared)
     t = flight.t
     keep = np.ones(len(t), dtype=bool)
+    flying = np.asarray(airborne_rows(flight, model.vehicle).rows, dtype=bool)
     left_out = {}
     for reason, rows in {
         "outside --from and --to": (t < (-np.inf if start is None else start))
         | (t >= (np.inf if stop is None else stop)),
         "first half second": t < t[0] + SETTLING,
-        "not in the air": _near(t, ~np.asarray(airborne_rows(flight, model.vehicle).rows, dtype=bool), clear),
+        "not in the air": _near(t, ~flying, clear),
         "inputs do not reach": ~np.asarray(prediction.covered, dtype=bool),
     }.items():
         left_out[reason] = int((keep & rows).sum())
         keep &= ~rows
     channels, reasons = [], dict(prediction.kinematics.reasons)
-    for name, (difference, sampled, why) in _sources(prepared, prediction).items():
+    sources = _sources(prepared, prediction)
+    if keep.any():
+        prepared = prepared.part(keep, flying)
+        first = int(np.searchsorted(t, prepared.flight.t[0]))
+        used = slice(first, first + len(prepared.flight.t))
+        t, keep = t[used], keep[used]
+        sources = {name: (difference, sampled[used], why) for name, (difference, sampled, why) in sources.items()}
+    for name, (difference, sampled, why) in sources.items():
         if why is not None:
             reasons[name] = why
             continue
@@ -128,7 +138,7 @@ def flight_samples(
             reasons[name] = "fewer than 50 usable samples"
         else:
             channels.append(channel)
-    return FlightSamples(prepared, tuple(channels), left_out, reasons)
+    return FlightSamples(prepared, tuple(channels), left_out, reasons, flight)
 
 
 def _near(t: Array, rows: NDArray, within: float) -> NDArray:

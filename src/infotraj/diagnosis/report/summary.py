@@ -88,7 +88,7 @@ def as_dict(found: Diagnosis) -> dict[str, Any]:
         "flights": [
             {
                 "path": str(s.flight.meta.get("source", "flight")),
-                "rows": len(s.flight.t),
+                "rows": len(s.logged.t),
                 "left_out": s.left_out,
                 "missing": s.reasons,
             }

@@ -102,9 +102,10 @@ def _within_bounds(now: Linear) -> float:
 
 def _stepping(observation: Observation, held: Sequence[Member], count: int) -> Observation:
     """The flights, the sparse ones with commands that make `count` steps from row to row."""
-    model = observation.model(held)
     samples = tuple(
-        replace(s, prepared=model.prepare(stepped(s.flight, count))) if sparse(s.flight, observation.vehicle) else s
+        replace(s, prepared=s.prepared.of(flight=stepped(s.flight, count)))
+        if sparse(s.flight, observation.vehicle)
+        else s
         for s in observation.samples
     )
     return replace(observation, samples=samples)
