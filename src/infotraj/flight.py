@@ -38,6 +38,7 @@ REFERENCE_ATTITUDE = ("ref_qw", "ref_qx", "ref_qy", "ref_qz")
 PART = "infotraj: part"  # metadata of a part of a flight: s, where it begins and ends. No log has a key of this name
 
 BEGAN = "infotraj: began"  # metadata of a part of a flight: s, when the whole of it begins
+TURNED = "infotraj: turned"  # likewise: the body axes (three) about which turns are as recorded, and not predicted
 
 _META_KEY = b"infotraj"
 

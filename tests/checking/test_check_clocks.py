@@ -11,7 +11,7 @@ from infotraj.checking import check, examine
 from infotraj.checking.across import lags_across
 from infotraj.checking.clocks import Offset, offset, offset_findings
 from infotraj.checking.kinematics import acceleration_width
-from infotraj.checking.response import response_findings
+from infotraj.checking.response import response_findings, response_lag
 from infotraj.checking.streams import Stream
 
 
@@ -131,6 +131,22 @@ def test_lags_that_differ_between_logs_are_one_finding():
     assert finding.severity == "note"
     assert "-20 to 40 ms over 4 logs" in finding.what
     assert lags_across([replace(one, lags={"rate": (0.01, 0.003)})] * 4) == []
+
+
+@pytest.mark.parametrize("late", [0.0, 0.1])
+def test_thrust_that_falls_with_the_speed_is_no_late_command(late):
+    """Inflow: dv/dt = c - k v. The force then turns before its command does, by a quarter of a second if slow."""
+    t = np.arange(0.0, 40.0, 0.005)
+    c = sum(np.sin(2 * np.pi * f * t + p) for f, p in ((0.35, 0.0), (0.6, 1.0), (0.85, 2.5), (1.3, 4.0)))
+    v = np.zeros_like(t)
+    for k in range(len(t) - 1):
+        v[k + 1] = v[k] + 0.005 * (c[k] - 2.5 * v[k])
+    force = c - 2.5 * v + 0.02 * np.random.default_rng(1).standard_normal(len(t))
+    command, felt = (Stream(when, x[:, None], gap=0.05) for when, x in ((t + late, c), (t, force)))
+    centres = np.arange(1.0, 39.0, 0.08)
+    block, air = np.floor(centres).astype(int), np.interp(centres, t, v)[:, None]
+    assert response_lag(command, felt, centres, block, 0.08).lag < -late - 0.05
+    assert response_lag(command, felt, centres, block, 0.08, air).lag == pytest.approx(-late, abs=0.01)
 
 
 def test_a_response_that_is_too_late_leaves_the_rotors_their_usual_time():

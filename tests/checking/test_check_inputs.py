@@ -170,7 +170,8 @@ def test_what_a_motor_was_told_instead_of_a_throttle_is_found_by_its_range(low, 
 def test_throttles_for_a_file_of_speeds_and_speeds_for_one_of_throttles_are_told_apart_from_wrong_units():
     speeds, by_speed_file = by_speed(fly(seconds=3.0)[0])
     columns = [f"cmd_rotor_{i}" for i in range(4)]
-    throttles = Flight(speeds.table.assign(**(speeds.table[columns] / speeds.table[columns].to_numpy().max())))
+    both = Flight(speeds.table.assign(**(speeds.table[columns] / speeds.table[columns].to_numpy().max())))
+    throttles = Flight(both.table.drop(columns=[f"rotor_{i}" for i in range(4)]))
     content = yaml.safe_load((VEHICLES / "betaflight_5inch.yaml").read_text())
     by_throttle_file = parse_vehicle({**content, "mass": MASS})
     imported = Flight(speeds.table, {"channels": {"rotor_command": {"unit": "rpm"}}})
@@ -181,3 +182,12 @@ def test_throttles_for_a_file_of_speeds_and_speeds_for_one_of_throttles_are_told
         (found,) = [f for f in examine(flight, vehicle).findings if f.code == "rotor_unit"]
         assert holds in found.what
         assert write in found.remedy
+    # With measured speeds beside them nothing is wrong: these are read.
+    found = {f.code: f for f in examine(both, by_speed_file).findings}
+    assert "rotor_unit" not in found
+    assert found["commands_unread"].severity == "note"
+    read = for_vehicle(both, by_speed_file)
+    assert not read.has("cmd_rotor_0")
+    assert read.has("rotor_0")
+    assert for_vehicle(speeds, by_speed_file).has("cmd_rotor_0")
+    assert Model(by_speed_file).prepare(both).recorded.rotor_commanded is False

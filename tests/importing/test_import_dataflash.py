@@ -134,10 +134,12 @@ def test_outputs_that_no_parameter_calls_motors_are_left_out_with_a_note(tmp_pat
     assert any("SERVOn_FUNCTION" in note for note in found.meta["notes"])
 
 
-def test_a_tricopters_motors_are_1_2_and_4_and_what_tilts_is_said(tmp_path: Path) -> None:
+@pytest.mark.parametrize("tilt", [75, 39])
+def test_a_tricopters_motors_are_1_2_and_4_and_what_tilts_is_said(tmp_path: Path, tilt: int) -> None:
     flight = _throttled(1.0)
     path = tmp_path / "flight.BIN"
-    path.write_bytes(dataflash_bytes(flight, functions=(33, 34, 36, 75)))
+    frame = {"MOT_PWM_MIN": 1100.0, "MOT_PWM_MAX": 1900.0, "FRAME_CLASS": 7.0}
+    path.write_bytes(dataflash_bytes(flight, functions=(33, 34, 36, tilt), pulses=frame))
     found = import_log(path)
     motors = flight.numbered("cmd_rotor_")
     np.testing.assert_allclose(found.numbered("cmd_rotor_"), motors[:, [0, 1, 3]], atol=0.51 / 800)
@@ -151,7 +153,9 @@ def test_a_tricopters_motors_are_1_2_and_4_and_what_tilts_is_said(tmp_path: Path
     [
         ((4, 33, 19, 20), None),
         ((4, 19, 70, 71), "no parameters SERVOn_FUNCTION in the log that say which outputs are motors"),
+        ((33, 34, 36, 1), "SERVOn_FUNCTION gives outputs to motors 1, 2, 4, but none to motor 3"),
         ((33, 34, 35, 37), "SERVOn_FUNCTION gives outputs to motors 1, 2, 3, 5, but none to motor 4"),
+        ((33, 34, 35, 39), "SERVOn_FUNCTION gives outputs to motors 1, 2, 3, 7, but none to motor 4, 5, 6"),
         ((35, 36, 1, 1), "SERVOn_FUNCTION gives outputs to motors 3, 4, but none to motor 1, 2"),
     ],
 )

@@ -171,13 +171,18 @@ def test_flags_together() -> None:
     nan = np.nan
     np.testing.assert_array_equal(as_flags(column(7, 1, 9, 0), {0: 1, 1: 0}), column(nan, 0, 0, 1))
     np.testing.assert_array_equal(as_flags(column(0, 1), {0: 0, 1: None}), column(0, nan))
-    together = in_the_air([column(1, 1, 0, nan), column(nan, 0, nan, nan)])
+    together = in_the_air([column(1, 1, 0, nan), column(nan, 0, nan, nan)], [True, False])
     np.testing.assert_array_equal(together, column(1, 0, 0, nan))
-    assert np.isnan(in_the_air([column(0, 0, nan)])).all()
-    np.testing.assert_array_equal(in_the_air([column(nan, 0, 0)]), column(nan, 0, 0))
+    assert np.isnan(in_the_air([column(0, 0, nan)], [True])).all()
+    np.testing.assert_array_equal(in_the_air([column(nan, 0, 0)], [True]), column(nan, 0, 0))
     # Events that arm and disarm alone say "on the ground" all along: what knows about flying counts.
-    np.testing.assert_array_equal(in_the_air([column(nan, 0, 0, 0), column(0, 1, 1, 0)]), column(0, 1, 1, 0))
-    np.testing.assert_array_equal(in_the_air([column(0, nan, nan, 0), column(1, 1, 1, 1)]), column(0, 1, 1, 0))
+    np.testing.assert_array_equal(
+        in_the_air([column(nan, 0, 0, 0), column(0, 1, 1, 0)], [True, True]), column(0, 1, 1, 0)
+    )
+    # Never armed it does not fly, whatever another flag says.
+    np.testing.assert_array_equal(
+        in_the_air([column(0, 0, 0, 0), column(0, 1, 1, 0)], [False, True]), column(0, 0, 0, 0)
+    )
 
 
 def test_the_mapping_of_a_normalised_wrench_that_the_docs_show_is_read(tmp_path: Path) -> None:

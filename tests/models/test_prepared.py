@@ -53,6 +53,18 @@ def test_a_part_is_predicted_as_in_the_whole_flight(flown, effect):
     assert np.isnan(part.specific_force[far]).all()
 
 
+def test_what_was_commanded_last_before_a_part_acts_in_it(flown):
+    seldom = flown.table.copy()
+    for k in range(4):
+        seldom.loc[np.arange(len(seldom)) % 800 != 0, f"cmd_rotor_{k}"] = np.nan  # every 4 s
+    flight, t = Flight(seldom), flown.t
+    asked = (t >= 10.0) & (t < 11.0)
+    model = Model(QUADROTOR)
+    whole, part = model.predict(flight), model.predict(model.prepare(flight).part(asked, asked))
+    there = np.flatnonzero(asked) - int(np.searchsorted(t, part.t[0]))
+    np.testing.assert_allclose(part.specific_force[there], whole.specific_force[asked], rtol=0, atol=1e-6)
+
+
 def test_beside_a_turn_that_is_not_predicted_forces_are_those_of_the_recorded_one(flown):
     """A torque that is predicted wrong accelerates no point of the body where it is not believed."""
     table = flown.table.copy()
@@ -61,7 +73,7 @@ def test_beside_a_turn_that_is_not_predicted_forces_are_those_of_the_recorded_on
     offset = Model(QUADROTOR, [made("com_offset", r=(0.0, 0.0, 0.05))])
     centred = Model(QUADROTOR)
     believed = offset.predict(prepared).specific_force - centred.predict(prepared).specific_force
-    recorded = prepared.of(turned=(True, True, True))
+    recorded = prepared.turning((True, True, True))
     measured = offset.predict(recorded).specific_force - centred.predict(recorded).specific_force
     turn = np.gradient(flown.get(*RATE), flown.t, axis=0)
     w = flown.get(*RATE)

@@ -7,7 +7,15 @@ import numpy as np
 from infotraj.checking.finding import Finding
 from infotraj.checking.settings import command
 from infotraj.dynamics.actuators import body_wrench
-from infotraj.dynamics.inputs import CHANNEL, SURPLUS, Surplus, for_vehicle, speed_columns, surplus
+from infotraj.dynamics.inputs import (
+    CHANNEL,
+    SURPLUS,
+    Surplus,
+    for_vehicle,
+    speed_columns,
+    surplus,
+    throttles_beside_speeds,
+)
 from infotraj.errors import InputError
 from infotraj.flight import COMMANDED_FORCE, SPECIFIC_FORCE, Flight
 from infotraj.importing.again import FLIGHT_TABLE
@@ -128,7 +136,20 @@ def column_findings(flight: Flight, airborne: Mask, vehicle: Vehicle | None) -> 
     """Columns of more rotors or tilts than the vehicle has, and signs that speeds of rotors carry."""
     if vehicle is None:
         return []
-    return [_surplus(s, flight) for s in surplus(flight, vehicle)] + _signed(flight, airborne, vehicle)
+    found = [_surplus(s, flight) for s in surplus(flight, vehicle)] + _signed(flight, airborne, vehicle)
+    if unread := throttles_beside_speeds(vehicle, flight):
+        found.append(
+            Finding(
+                "commands_unread",
+                "note",
+                f"{unread[0]}..{unread[-1]} are throttles (0..1), and the vehicle file's rotors take speeds (rad/s), "
+                "which were measured",
+                "predictions rest on the measured speeds; what is between a command and them is not told",
+                "nothing",
+                channels=tuple(unread),
+            )
+        )
+    return found
 
 
 def _surplus(found: Surplus, flight: Flight) -> Finding:

@@ -15,7 +15,7 @@ CHECKED = (
     "position_unit", "position_frame", "world_z_down",
     "acceleration_unit", "acceleration_frame", "acceleration_axes", "acceleration_sign", "acceleration_without_gravity",
     "time_unit", "rotor_unit", "command_unit", "surplus_columns", "missing_columns", "unused_columns",
-    "signed_speeds", "reversing_rotors",
+    "commands_unread", "signed_speeds", "reversing_rotors",
     "rate_impossible", "speed_impossible", "force_impossible", "attitude_norm",
     "imu_clock_offset", "imu_clock_varies", "imu_clock_drift",
     "velocity_clock_offset", "velocity_clock_varies", "velocity_clock_drift",

@@ -26,6 +26,7 @@ JUMP = 3.0  # of its usual steps
 MOST = 0.9  # of its steps are usual ones
 ROUGH = 0.3  # spread of second over first differences: white noise has 1.7, a smooth signal almost none
 LOST_SHARE = 0.01
+FEW = 0.5  # values of so many samples are different ones, or fewer: the column rests on steps
 LINE = 1e-6  # of the largest value: single precision's rounding is less
 
 
@@ -52,7 +53,8 @@ def dead_columns(flight: Flight, airborne: Mask, vehicle: Vehicle | None = None)
         t, x = flight.t[good], x[good]
         at = _sampled(t, x)
         dead = np.stack([_dead(t[at], x[at], c, columns == rotors) for c in range(x.shape[1])], axis=1)
-        dead = dead[np.minimum(np.searchsorted(at, np.arange(len(x))), len(at) - 1)]  # rows between belong to the next
+        place = np.arange(len(x))  # a row between two samples is dead where both are
+        dead = dead[np.searchsorted(at, place)] & dead[np.searchsorted(at, place, side="right") - 1]
         if columns == rotors:
             dead |= _stopped(x)
         for c, column in enumerate(columns):
@@ -168,6 +170,7 @@ def _dead(t: Array, x: Array, c: int, whole: bool) -> Mask:
     at_end = [x[b, c] for _, b in repeats if x[b, c] in extremes]
     beyond = [(a, b) for a, b in repeats if new[a:b].sum() * np.log(1 / chance) > SURE]
     held = [x[b, c] for _, b in beyond]
+    coarse = len(np.unique(x[:, c])) < FEW * len(x)
     for a, b in beyond:
         # at the end of its range a motor idles or is saturated; a sensor that is clipped comes back there
         if x[b, c] in extremes and (whole or at_end.count(x[b, c]) > 1):
@@ -176,7 +179,7 @@ def _dead(t: Array, x: Array, c: int, whole: bool) -> Mask:
             continue
         after = abs(x[b + 1, c] - x[b, c]) if b + 1 < len(x) else np.inf
         # a value that is held time and again is one of the steps on which a coarse column rests
-        if (chance < COARSE and held.count(x[b, c]) == 1) or after > JUMP * usual:
+        if (chance < COARSE and not (coarse and held.count(x[b, c]) > 1)) or after > JUMP * usual:
             out[a : b + 1] = True
     return out
 

@@ -104,7 +104,7 @@ def _jumped(flight: Flight, column: str, airborne: Mask) -> Jumped | None:
         other &= ~both
     for code, at in (("sign_flips", flips), ("wrapped", wraps)):
         jumps = np.flatnonzero(at)
-        if 2 * len(jumps) <= far.sum():
+        if 2 * len(jumps) < far.sum():
             continue  # a wheel on grass jumps far all the time, by chance to -x or to the other end
         size = float(np.median(np.abs(step[jumps]))) if len(jumps) else 0.0
         if not len(jumps) or not _lasts(at, step) or (len(jumps) == 1 and (code == "sign_flips" or not _known(size))):

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from infotraj import rotations
 from infotraj.checking.airborne import Airborne
 from infotraj.checking.beside import Beside, beside_findings
 from infotraj.checking.clocks import TIMES_ERROR, Offset, offset, offset_findings, one_clock
@@ -16,10 +17,11 @@ from infotraj.checking.divergence import contradictions
 from infotraj.checking.finding import Finding
 from infotraj.checking.following import unfollowed
 from infotraj.checking.inertial import force_unit_findings
-from infotraj.checking.kinematics import Channels, channels
+from infotraj.checking.kinematics import Channels, channels, velocity_of
 from infotraj.checking.readings import Table, readings
 from infotraj.checking.response import collective, response_findings, response_lag
 from infotraj.flight import COMMANDED_FORCE, RATE, SPECIFIC_FORCE, VELOCITY, Flight
+from infotraj.rotations import Array
 
 # The filters of sensors and the transport of poses make lags of this size in logs that are in order: noted.
 FILTER_LAG = 0.015
@@ -105,11 +107,26 @@ def _lag(table: Table, verdict: Verdict, name: str, ch: Channels) -> Offset | No
     return offset(stream, predicted, m.centres, m.labels[m.block], width)
 
 
+def _air(ch: Channels) -> Array | None:
+    """What inflow and lift of the rotors go with at the centres, (n, 3): the speed along body z, upwards, and squared;
+    None where the speed is not known."""
+    if ch.velocity is not None:
+        v = ch.velocity.at(ch.centres)
+    elif ch.position is not None:
+        v = velocity_of(ch.position, ch.centres, ch.width)
+    else:
+        return None
+    along = v[:, 2]
+    if ch.attitude is not None:
+        along = rotations.to_body(rotations.normalize(ch.attitude.at(ch.centres)), v)[:, 2]
+    return np.stack([along, v[:, 2], (v**2).sum(axis=1)], axis=1)
+
+
 def _response(flight: Flight, ch: Channels) -> list[Finding]:
     command = collective(flight)
     if command is None or ch.force is None:
         return []
-    lag = response_lag(command, ch.force, ch.centres, ch.block, ch.width)
+    lag = response_lag(command, ch.force, ch.centres, ch.block, ch.width, _air(ch))
     channel = "commanded_force" if flight.has(*COMMANDED_FORCE) else "rotor_command"
     return response_findings(lag, float(np.median(np.diff(flight.t))), channel)
 

@@ -41,16 +41,27 @@ def collective(flight: Flight) -> Stream | None:
     return Stream(t, x[good], gap=max(5 * float(np.median(np.diff(t))), 0.05))
 
 
-def response_lag(command: Stream, force_z: Stream, centres: Array, block: Array, width: float) -> Offset | None:
-    """The lag (s) of the force behind the command, or None where the command explains less than a fifth of it."""
+def response_lag(
+    command: Stream, force_z: Stream, centres: Array, block: Array, width: float, air: Array | None = None
+) -> Offset | None:
+    """The lag (s) of the force behind the command, or None where the command explains less than a fifth of it.
+
+    air (n, k): what the thrust may go with beside its command, at the centres (n,): inflow and lift go with the speed,
+    and would shift the best lag of slow motion by a quarter of a second. It is taken out of both sides.
+    """
     shifts = np.arange(-RANGE, RANGE + STEP / 2, STEP)
     y = force_z.mean(centres, width)[:, -1]
     x = np.stack([command.mean(centres - s, width)[:, 0] for s in shifts])
     good = np.isfinite(x).all(axis=0) & np.isfinite(y)
+    if air is not None:
+        good &= np.isfinite(air).all(axis=1)
     labels, index = np.unique(block[good], return_inverse=True)
     if len(labels) < 5:
         return None
     x, y = _centred(x[:, good], index, len(labels)), _centred(y[good][None], index, len(labels))[0]
+    if air is not None:
+        beside = np.linalg.qr(_centred(air[good].T, index, len(labels)).T)[0]
+        x, y = x - (x @ beside) @ beside.T, y - beside @ (beside.T @ y)
     power = (x**2).sum(axis=1)
     if (power <= 0).any() or (y**2).sum() <= 0:
         return None

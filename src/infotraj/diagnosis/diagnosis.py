@@ -221,7 +221,7 @@ def diagnose(
     rng = np.random.default_rng([seed, 1])
     of_inertia = free_products(search, whole)
     o = search.observation
-    of_healthy = _of_healthy(model, healthy, o.balance, start, stop)
+    of_healthy = _of_healthy(model, healthy, o, start, stop)
     usual_on = as_ever(largest(model, o.samples, o.balance), of_healthy)
     asked = Asked(search, tuple(catalog), why_not, refused, matters, seed, rng, start, stop, of_inertia, usual_on)
     findings, told, made, others = decided(asked, whole)
@@ -364,12 +364,14 @@ def _usual(model: Model, healthy: Healthy, start: float | None, stop: float | No
 
 
 def _of_healthy(
-    model: Model, healthy: Healthy | None, balance: frozenset[str], start: float | None, stop: float | None
+    model: Model, healthy: Healthy | None, asked: Observation, start: float | None, stop: float | None
 ) -> dict[str, Array]:
-    """The largest error that the healthy model leaves on any healthy flight, by axis of the residual."""
+    """The largest error that the healthy model leaves on any healthy flight, by axis of the residual, predicted as the
+    flights that are asked about are."""
     if healthy is None:
         return {}
-    return largest(model, (flight_samples(model, f, start, stop, _CLEAR) for f in healthy.flights), balance)
+    made = (flight_samples(model, f, start, stop, _CLEAR) for f in healthy.flights)
+    return largest(model, (replace(s, prepared=s.prepared.turning(asked.turned)) for s in made), asked.balance)
 
 
 def _no_more(now: frozenset[str], after: Statistics, usual: Array) -> frozenset[str]:

@@ -44,8 +44,9 @@ def for_vehicle(flight: Flight, vehicle: Vehicle) -> Flight:
     """The flight as a model of this vehicle reads it; what is given stays as it is, and a second time nothing changes.
 
     Speeds of rotors are magnitudes: a rotor of the file turns one way, whatever sign a log gives that. Columns of
-    rotors and tilts beyond the vehicle's are left out where they are unused. Components of a commanded wrench that the
-    file says are none, or that nothing asks for, are 0. InputError where surplus columns are in use: the order of the
+    rotors and tilts beyond the vehicle's are left out where they are unused, and so are throttles where the rotors take
+    speeds and these were measured. Components of a commanded wrench that the file says are none, or that nothing asks
+    for, are 0. InputError where surplus columns are in use: the order of the
     vehicle's own is then unknown.
     """
     columns: dict[str, float | Array] = (
@@ -62,10 +63,23 @@ def for_vehicle(flight: Flight, vehicle: Vehicle) -> Flight:
             what = f"{source}: {s.count} columns {s.prefix}*, {s.in_use} of them in use{s.still}"
             expected = f"{s.wanted} as {vehicle.name} has"
             raise InputError(problem(what, expected, f"Give the flight's own vehicle file, or {s.remedy}."))
-    drop = [c for s in extra for c in s.columns]
+    drop = [c for s in extra for c in s.columns] + throttles_beside_speeds(vehicle, flight)
     if not columns and not drop:
         return flight
     return Flight(flight.table.assign(**columns).drop(columns=drop), dict(flight.meta))
+
+
+def throttles_beside_speeds(vehicle: Vehicle, flight: Flight) -> list[str]:
+    """The columns of commands that are throttles (0..1) of rotors that take speeds, where the log has these as well."""
+    if vehicle.inputs == "wrench" or any(r.input != "speed" for r in vehicle.rotors):
+        return []
+    commands, measured = command_columns(vehicle), [f"rotor_{i}" for i in range(len(vehicle.rotors))]
+    if not commands or not flight.has(*commands, *measured):
+        return []
+    said, turned = flight.get(*commands), flight.get(*measured)
+    if np.nanmin(said) < 0.0 or not 0.0 < np.nanmax(said) <= 1.0 or np.nanmax(np.abs(turned)) <= 1.0:
+        return []
+    return commands
 
 
 def speed_columns(vehicle: Vehicle, flight: Flight) -> list[str]:

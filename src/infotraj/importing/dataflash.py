@@ -18,9 +18,9 @@ _EXPECTED = "an ArduPilot DataFlash log (.BIN, or .log as text)"
 _REMEDY = "Download it again from the vehicle."
 # SERVOn_FUNCTION: motors 1 to 8, and 9 to 12.
 _MOTORS = {**{33 + k: k for k in range(8)}, **{82 + k: 8 + k for k in range(4)}}
-_TRICOPTER = (0, 1, 3)  # ArduPilot's tricopters have motors 1, 2 and 4
-# Outputs that tilt rotors: a tricopter's tail, all tilting rotors, those at the back, one on either side.
-_TILTS = (39, 41, 45, 46, 47, 75, 76)
+_TRICOPTER = (0, 1, 3)  # ArduPilot's tricopters have motors 1, 2 and 4, and the tail's servo as motor 7
+_TRI_CLASS, _TRI_TAIL = 7, 39
+_TILTS = (41, 45, 46, 47, 75, 76)  # outputs that tilt rotors: all of them, those at the back, one on either side
 _INSTANCE = ("I", "C", "Instance", "Inst")
 _CHANNELS = 32
 
@@ -116,14 +116,21 @@ class DataFlashLog:
         """Number of the motor, as ArduPilot counts, from 0: output channel."""
         found: dict[int, int] = {}
         for channel, function in self._functions().items():
-            if function in _MOTORS:
+            if function in _MOTORS and not (self._tricopter and function == _TRI_TAIL):
                 found.setdefault(_MOTORS[function], channel)
         return found
 
+    @property
+    def _tricopter(self) -> bool:
+        """Whether the log's parameters say so: of a plane's lifting rotors, else of the frame."""
+        frame = self.parameters.get("Q_FRAME_CLASS", self.parameters.get("FRAME_CLASS"))
+        return frame is not None and int(frame) == _TRI_CLASS
+
     def _note_tricopter_and_tilts(self) -> None:
-        if tuple(sorted(self._motors())) == _TRICOPTER:
+        if self._tricopter:
             self.notes.append("motors 1, 2 and 4 of a tricopter are read as rotors 0, 1 and 2")
-        tilts = [str(k + 1) for k, function in self._functions().items() if function in _TILTS]
+        turned = (*_TILTS, _TRI_TAIL) if self._tricopter else _TILTS
+        tilts = [str(k + 1) for k, function in self._functions().items() if function in turned]
         if tilts:
             self.notes.append(
                 f"outputs {', '.join(tilts)} tilt rotors (SERVOn_FUNCTION): no angle of theirs is in the log; forces "
@@ -135,10 +142,10 @@ class DataFlashLog:
         found = self._motors()
         if not found:
             return {}, "no parameters SERVOn_FUNCTION in the log that say which outputs are motors"
+        if self._tricopter and tuple(sorted(found)) == _TRICOPTER:
+            return {k: found[motor] for k, motor in enumerate(_TRICOPTER)}, ""
         missing = [str(k + 1) for k in range(max(found)) if k not in found]
-        if tuple(sorted(found)) == _TRICOPTER:
-            found = {k: found[motor] for k, motor in enumerate(_TRICOPTER)}
-        elif missing:
+        if missing:
             has = ", ".join(str(k + 1) for k in sorted(found))
             return {}, f"SERVOn_FUNCTION gives outputs to motors {has}, but none to motor {', '.join(missing)}"
         return {k: found[k] for k in sorted(found)}, ""

@@ -5,7 +5,7 @@ A flag that can only exclude flight (disarmed) says 0 or nothing (NaN); one that
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -23,15 +23,17 @@ def as_flags(values: Array, states: Mapping[int, int | None]) -> Array:
     return np.where((last >= 0)[:, None], out[np.maximum(last, 0)], np.nan)
 
 
-def in_the_air(said: list[Array]) -> Array:
+def in_the_air(said: list[Array], knows: Sequence[bool]) -> Array:
     """What several flags (n, 1) say together: 0 where any does, else 1 where any does, else NaN.
 
-    A flag that says "on the ground" from its first message to the end does not count beside one that says "in the
-    air": a plane's events tell of arming alone. All NaN where no row is said to be in the air and some rows behind the
-    first message are open: such flags cannot tell the flight, and rows that they leave open must not count as ground.
+    knows: whether each can say "in the air". One that can, and says "on the ground" from its first message to the end,
+    does not count beside one that says "in the air": a plane's events tell of arming alone. All NaN where no row is
+    said to be in the air and some rows behind the first message are open: such flags cannot tell the flight, and rows
+    that they leave open must not count as ground.
     """
     flies = any((flag == 1).any() for flag in said)
-    stacked = np.concatenate([flag for flag in said if not (flies and _always_ground(flag[:, 0]))], axis=1)
+    counts = [not (flies and k and _always_ground(flag[:, 0])) for flag, k in zip(said, knows, strict=True)]
+    stacked = np.concatenate([flag for flag, c in zip(said, counts, strict=True) if c], axis=1)
     excluded, flying = (stacked == 0).any(axis=1), (stacked == 1).any(axis=1)
     out = np.where(excluded, 0.0, np.where(flying, 1.0, np.nan))[:, None]
     known = np.isfinite(out[:, 0])

@@ -82,8 +82,10 @@ def to_flight(
         stream = tidied[feed.stream.name]
         data, how = _on_rows(channel_name, stream, t)
         if channel_name == "airborne":
-            flags = [tidied[f.stream.name] for f in read.plan.feeds if channel_name in f.used]
-            data = in_the_air([_on_rows(channel_name, s, t)[0] for s in flags])
+            feeds = [f for f in read.plan.feeds if channel_name in f.used]
+            flags = [tidied[f.stream.name] for f in feeds]
+            knows = [1 in (f.channels[channel_name].states or {1: 1}).values() for f in feeds]
+            data = in_the_air([_on_rows(channel_name, s, t)[0] for s in flags], knows)
             how |= {"rows_without": int(np.isnan(data).sum()), "flags": [s.topic for s in flags]}
         if not np.isfinite(data).any():
             notes.append(

@@ -206,9 +206,11 @@ class Model:
         if loads and frame.mass is not None:
             free = f
             if slope is not None and inertia is not None and frame.center_of_mass.any():
-                free = f - body.cross(-slope @ np.linalg.inv(inertia), frame.center_of_mass)
+                free = f - body.cross(-slope @ np.linalg.inv(inertia) * predicted, frame.center_of_mass)
             for load, pull in zip(loads, body.pulls(frame, loads, free), strict=True):
                 df, dw = body.response_to_force(frame, load.direction)
+                if not predicted.all() and frame.center_of_mass.any():
+                    df = df + body.cross(dw * ~predicted, frame.center_of_mass)  # the recorded turn holds its share
                 f, angular = f + pull[:, None] * df, angular + pull[:, None] * dw
                 turn = turn + pull[:, None] * dw * predicted
         if frame.measured_at.any():

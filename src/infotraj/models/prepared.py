@@ -16,7 +16,7 @@ from infotraj import rotation_matrices, rotations
 from infotraj.dynamics.inputs import for_vehicle
 from infotraj.effects.along import Actuation, Along, Motion, OriginPath
 from infotraj.effects.laws import ActuatorLaw, AirLaw, ImuLaw
-from infotraj.flight import BEGAN, Flight
+from infotraj.flight import BEGAN, TURNED, Flight
 from infotraj.models.actuation import rotors_at, tilts_at
 from infotraj.models.interpolation import interpolate
 from infotraj.models.origin_path import origin_path
@@ -72,8 +72,8 @@ class Prepared:
     its noise (`quieted`); both for how a prediction changes. followed (3,): m, the point whose path is recorded, from
     the body's origin; with an accelerometer the origin, whatever the place of that. asked (n,): the rows of which
     predictions are asked, all where None; of others they say nothing (NaN), and actuators and clocks run on over them.
-    turned: body axes about which the vehicle is known to turn by what was recorded alone: no torque about them is
-    predicted, and a point beside the origin is accelerated by the turn that was measured.
+    turned (3,): body axes about which the flight's metadata say that turns are as recorded: no torque about them is
+    believed, and a point beside the origin is accelerated by the turn that was measured.
     """
 
     def __init__(
@@ -83,12 +83,12 @@ class Prepared:
         coarse: bool = False,
         quiet: bool = False,
         asked: Mask | None = None,
-        turned: tuple[bool, ...] = (False, False, False),
     ) -> None:
         self.vehicle, self.coarse, self.quiet = vehicle, coarse, quiet
         self.flight = for_vehicle(flight, vehicle)
         self.recorded: Recorded = recorded(vehicle, self.flight)
-        self.asked, self.turned = asked, np.array(turned)
+        self.asked = asked
+        self.turned = np.array(self.flight.meta.get(TURNED, (False, False, False)))
         self.wrench = wrench_of_inputs(vehicle)
         force = self.recorded.specific_force
         self.followed = np.array(vehicle.measured_at) * float(force is None or force.derived)
@@ -107,12 +107,20 @@ class Prepared:
         first, last = _around(self.recorded.t, flying[flying <= np.flatnonzero(asked)[-1]])
         flight = self.flight
         table = flight.table.assign(airborne=airborne.astype(float))[first:last].reset_index(drop=True)
+        for name in table.columns[table.iloc[0].isna()]:
+            if name.startswith("cmd_") or name == "battery":
+                known = flight.table[name][:first].dropna()  # what was commanded last still acts
+                table.loc[0, name] = known.iloc[-1] if len(known) else np.nan
         return self.of(flight=Flight(table, {**flight.meta, BEGAN: self.start}), asked=asked[first:last])
 
     def of(self, **changes: Any) -> Prepared:
         """The flight prepared anew with these arguments, and all others as they are."""
-        own = {name: getattr(self, name) for name in ("vehicle", "flight", "coarse", "quiet", "asked", "turned")}
+        own = {name: getattr(self, name) for name in ("vehicle", "flight", "coarse", "quiet", "asked")}
         return Prepared(**own | changes)
+
+    def turning(self, turned: tuple[bool, ...]) -> Prepared:
+        """The same with `turned` (3,)."""
+        return self.of(flight=Flight(self.flight.table, {**self.flight.meta, TURNED: turned}))
 
     def as_logged(self, law: ActuatorLaw, imu: ImuLaw) -> tuple[ActuatorLaw, ImuLaw]:
         """The laws on this log's clocks: without an accelerometer all of the motion has one, and may be late itself."""

@@ -55,7 +55,7 @@ def places(located: Located, healthy: Beside | None) -> list[dict[str, Any]]:
 
 
 def windows(located: Located, names: Sequence[str]) -> list[dict[str, Any]]:
-    """The worst windows in time; from and to count from the flight's first row, s."""
+    """The worst windows in time; from and to count from the first row of the part that is used, s."""
     return [
         {
             "flight": w.flight,

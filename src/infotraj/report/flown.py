@@ -38,7 +38,7 @@ def flown(found: Diagnosis, checks: Sequence[Check]) -> list[dict[str, Any]]:
                 "name": Path(source).name,
                 "sha256": sha256(Path(source)) if Path(source).is_file() else None,
                 "rows": len(t),
-                "start": float(t[0]),
+                "start": float(s.flight.t[0]),
                 "seconds": float(t[-1] - t[0]),
                 "airborne": check.airborne_seconds if check is not None else None,
                 "outcome": check.outcome if check is not None else None,

@@ -27,8 +27,8 @@ def flight_traces(found: Combinations, paths: Sequence[str], windows: Sequence[T
     """The series of all flights, and closer ones of the worst windows of flights that had to be reduced; peak: the
     largest measured value of each axis. `read_part` reads one.
 
-    t counts from the flight's first row, s. `left` (measured minus predicted) stands apart where a series was reduced:
-    the extremes of a difference are not the difference of extremes.
+    t counts from the first row of the part that is used, s. `left` (measured minus predicted) stands apart where a
+    series was reduced: the extremes of a difference are not the difference of extremes.
     """
     shown = [i for i in range(len(AXES)) if any(e.scored[:, i].any() for e in found.made[0].errors)]
     columns = 1 + 2 * len(found.made)

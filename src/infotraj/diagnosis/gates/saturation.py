@@ -13,6 +13,7 @@ from infotraj.flight import Flight
 from infotraj.vehicle import Vehicle
 
 _FULL = 0.98  # of the throttle
+_AT = 0.999  # of it
 _LIMIT = 0.9  # and more of it, held time and again as the most that is ever given: an autopilot's own limit
 _OFTEN = 0.02  # of the time in the air
 
@@ -28,7 +29,7 @@ def saturated(flights: Sequence[Flight], vehicle: Vehicle) -> list[Doubt]:
         for r, x in zip(vehicle.rotors, flying.T, strict=False):
             if r.input == "throttle" and np.isfinite(x).any():
                 given = x[np.isfinite(x)]
-                full = (given >= _FULL) | ((given >= _LIMIT) & (given == given.max()))
+                full = (given >= _FULL) | ((given >= _LIMIT) & (given >= _AT * given.max()))
                 share[r.name] = max(share.get(r.name, 0.0), float(np.mean(full)))
     return [
         Doubt(

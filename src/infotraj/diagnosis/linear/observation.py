@@ -111,9 +111,7 @@ class Observation:
         made = replace(self, ignored=self.ignored | axes)
         if made.turned == self.turned:
             return made
-        return replace(
-            made, samples=tuple(replace(s, prepared=s.prepared.of(turned=made.turned)) for s in self.samples)
-        )
+        return replace(made, samples=tuple(replace(s, prepared=s.prepared.turning(made.turned)) for s in self.samples))
 
 
 def packed(members: Sequence[Member], vehicle: Vehicle) -> tuple[Array, list[tuple[int, Place]]]:
