@@ -15,7 +15,7 @@ from numba import njit
 from infotraj.effects.along import Actuation
 from infotraj.effects.laws import ActuatorLaw
 from infotraj.models.interpolation import interpolate
-from infotraj.models.recorded import Recorded, Samples, slopes
+from infotraj.models.recorded import Recorded, Samples
 from infotraj.rotations import Array
 
 
@@ -47,7 +47,7 @@ def _events(commands: Samples, law: ActuatorLaw) -> tuple[Array, Array]:
 
 def _measured(samples: Samples, law: ActuatorLaw, time: Array) -> tuple[Array, Array]:
     written = time - law.late + law.telemetry
-    return samples.at(written), interpolate(samples.times, slopes(samples), written, samples.usual)
+    return samples.at(written), interpolate(samples.times, samples.slopes, written, samples.usual)
 
 
 @njit(cache=True)

@@ -10,7 +10,7 @@ from scipy.integrate import cumulative_trapezoid
 from infotraj import rotation_matrices, rotations
 from infotraj.effects.along import OriginPath
 from infotraj.models.interpolation import interpolate
-from infotraj.models.recorded import Recorded, Samples, slopes
+from infotraj.models.recorded import Recorded, Samples
 from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
@@ -89,7 +89,7 @@ def _slope(velocity: Samples) -> Array:
     even = np.arange(times[0], times[-1] + step / 2, step)
     width = 2 * int(_SMOOTHED / step / 2) + 1
     if not velocity.derived or width < 5 or len(even) < width:
-        return slopes(velocity)
+        return velocity.slopes
     from scipy.signal import savgol_filter  # late: it takes as long to import as all the rest
 
     # Frames that are missing or late are put on an even grid.

@@ -20,7 +20,7 @@ from infotraj.flight import BEGAN, TURNED, Flight
 from infotraj.models.actuation import rotors_at, tilts_at
 from infotraj.models.interpolation import interpolate
 from infotraj.models.origin_path import origin_path
-from infotraj.models.recorded import Recorded, Samples, recorded, slopes
+from infotraj.models.recorded import Recorded, Samples, recorded
 from infotraj.models.rotor_wrench import wrench_of_inputs
 from infotraj.models.sensor_lag import slope
 from infotraj.models.timeline import Timeline, timeline
@@ -202,7 +202,7 @@ class Prepared:
         """Recorded angular acceleration (N, 3), rad/s^2, by central differences of the rates, which the flight has."""
         rate = self.true_rate(imu)
         assert rate is not None
-        return interpolate(rate.times, slopes(rate), time)
+        return interpolate(rate.times, rate.slopes, time)
 
     def origin_path(self, imu: ImuLaw) -> OriginPath | None:
         """The specific force of the body's origin in world axes, sample by sample; from the velocity where needed."""

@@ -49,6 +49,11 @@ class Samples:
         """The usual interval (s) between two of them."""
         return float(np.median(np.diff(self.times))) if len(self.times) > 1 else np.inf
 
+    @cached_property
+    def slopes(self) -> Array:
+        """Derivative (m, c), per second, at the samples; zero at one that stands alone."""
+        return np.nan_to_num(derive.slope(self.times, self.values, gap_limit(self.times)))
+
     def at(self, time: Array) -> Array:
         """Values (N, c) at sorted times (N,) s, between the samples."""
         return interpolate(self.times, self.values, time, self.usual)
@@ -199,11 +204,6 @@ def _battery(flight: Flight) -> Samples | None:
     middle = volts.rolling(_BATTERY_WINDOW, center=True, min_periods=1).median()
     good = ((volts - middle).abs() <= _BATTERY_JUMP * middle.abs()).to_numpy()
     return Samples(found.times[good], found.values[good]) if good.sum() >= 2 else found
-
-
-def slopes(samples: Samples) -> Array:
-    """Derivative (m, c), per second, of a channel at its samples; zero at one that stands alone."""
-    return np.nan_to_num(derive.slope(samples.times, samples.values, gap_limit(samples.times)))
 
 
 def _derived(samples: Samples, rule: derive.Rule) -> Samples | None:
