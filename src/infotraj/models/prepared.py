@@ -30,9 +30,7 @@ from infotraj.vehicle import Vehicle
 T = TypeVar("T")
 _BESIDE = 64  # samples beside a segment that interpolation may look at, enough to know their usual interval
 SEGMENT = 8192  # rows evaluated at once, so that memory does not grow with the flight
-_BEFORE = (
-    1.5  # s before and after the rows that are asked for: what acts has settled within it, and what is looked back at
-)
+_BEFORE = 1.5  # s beside the rows that are asked for: what acts has settled within it, and so far is looked back
 _KEPT_ROWS = 80_000  # of a longer flight nothing is kept that grows with rotors and rows
 
 

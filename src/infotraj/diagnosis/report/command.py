@@ -115,7 +115,7 @@ def diagnose_command(
         from infotraj.comparing.statistics import worst_flight
         from infotraj.recording.wrench import record_comparison
 
-        shown = [s.logged for s in found.samples]
+        shown = [s.flight for s in found.samples]
         models = {"the new model": found.model}
         if found.after is not found.before and found.healthy is None:
             models["the model as given"] = asked.read
