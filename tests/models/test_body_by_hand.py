@@ -12,7 +12,7 @@ from infotraj.effects.laws import BodyLaw
 from infotraj.flight import Flight
 from infotraj.models import body
 from infotraj.models.interpolation import interpolate
-from infotraj.models.kinematics import _push, _turn, _turn_by_imu
+from infotraj.models.kinematics import _gauss, _push, _turn, _turn_of
 from infotraj.models.origin_path import _across_thrust, _constant_error, _slope, origin_path
 from infotraj.models.recorded import Samples, _battery, recorded
 from infotraj.models.rotor_wrench import RotorWrench, forces_at_rotors
@@ -94,7 +94,8 @@ def test_a_step_turns_by_what_rates_at_gauss_points_say_to_fourth_order():
         q, after = matrix(turning(t)), matrix(turning(t + fine))
         skew = np.einsum("nji,njk->nik", q, (after - matrix(turning(t - fine))) / (2 * fine))
         rate = np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=1)
-        made = _turn_by_imu(t, Samples(t, rate))[5:-6]
+        rates = Samples(t, rate)
+        made = _turn_of(t, *(rates.at(x) for x in _gauss(t)))[5:-6]
         left.append(np.abs(made - _turn(t, Samples(t, turning(t)))[5:-6]).max())
     assert left[0] < 2e-4
     assert left[1] < left[0] / 10.0

@@ -8,7 +8,7 @@ import pytest
 
 from infotraj.effects.laws import ImuLaw
 from infotraj.flight import read_flight
-from infotraj.models.kinematics import _attitudes, _push_by_imu
+from infotraj.models.kinematics import _attitudes, _push_of
 from infotraj.models.prepared import Prepared
 from infotraj.models.recorded import Samples
 from infotraj.vehicle import load_vehicle
@@ -27,8 +27,8 @@ def test_the_imu_pushes_along_the_world_as_the_body_is_turned():
     """Level and turned to the left, what pushes ahead in the body pushes along y of the world."""
     t = np.linspace(0.0, 1.0, 11)
     left = Samples(t, np.tile([np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)], (11, 1)))
-    force = Samples(t, np.tile([1.0, 0.0, 9.81], (11, 1)))
-    pushed = _push_by_imu(t, force, _attitudes(t, left), 9.81)
+    force = np.tile([1.0, 0.0, 9.81], (10, 1))
+    pushed = _push_of([force, force], _attitudes(t, left), 9.81)
     np.testing.assert_allclose(pushed[:-1], np.tile([0.0, 1.0, 0.0], (10, 1)), atol=1e-12)
 
 

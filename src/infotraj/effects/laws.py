@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -112,6 +113,11 @@ class ImuLaw:
     lag: float = 0.0
     force_bias: Array = field(default_factory=lambda: np.zeros(3))
 
+    @cached_property
+    def turned(self) -> bool:
+        """Whether its axes are not the body's."""
+        return not np.array_equal(self.rotation, np.eye(3))
+
     @property
     def of_rates(self) -> Hashable:
         """What the body's rates follow from: all but the bias of the accelerometer."""
@@ -121,6 +127,11 @@ class ImuLaw:
     def of_force(self) -> Hashable:
         """What its specific force follows from: all but the bias of the gyroscope."""
         return self.delay, self.lag, self.force_bias.tobytes(), self.rotation.tobytes()
+
+    def true(self, measured: Array, bias: Array) -> Array:
+        """What the body's axes show of measured values (m, 3) with this bias (3,)."""
+        unbiased = measured - bias if bias.any() else measured
+        return unbiased @ self.rotation if self.turned else unbiased
 
     @classmethod
     def ideal(cls) -> ImuLaw:

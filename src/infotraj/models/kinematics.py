@@ -6,6 +6,7 @@ methods", 2000): (w1 + w2) h / 2 + sqrt(3)/12 h^2 w1 x w2 with the rates at Gaus
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
@@ -15,7 +16,7 @@ from infotraj.effects.laws import ImuLaw
 from infotraj.models.body import cross
 from infotraj.models.prediction import Kinematics
 from infotraj.models.prepared import Prepared
-from infotraj.models.quieted import fastest, quieted
+from infotraj.models.quieted import fastest
 from infotraj.models.recorded import Samples
 from infotraj.rotations import Array
 
@@ -34,35 +35,49 @@ def kinematics(prepared: Prepared, imu: ImuLaw) -> Kinematics:
         reasons["push"] = "the flight has no measured specific force"
     turn = turn_by_imu = push = push_by_imu = None
     attitude, velocity = r.attitude, r.velocity
-    rate = None if "turn" in reasons else prepared.true_rate(imu)
-    force = None if "push" in reasons else prepared.true_specific_force(imu)
     kept = prepared.kept
-    if attitude is not None and rate is not None:
+    if attitude is not None and "turn" not in reasons:
         turn = kept.get("turn", None, partial(_turn, r.t, attitude))
-        turn_by_imu = kept.get("turn by IMU", imu.of_rates, partial(_quiet_turn, prepared, turn, rate))
-    if attitude is not None and velocity is not None and force is not None:
+        turn_by_imu = kept.get("turn by IMU", imu.of_rates, partial(_turn_by_imu, prepared, imu, turn))
+    if attitude is not None and velocity is not None and "push" not in reasons:
         push = kept.get("push", None, partial(_push, r.t, velocity))
         turned = kept.get("attitude between rows", None, partial(_attitudes, r.t, attitude))
-        push_by_imu = kept.get("push by IMU", imu.of_force, partial(_quiet_push, prepared, push, turned, force))
+        push_by_imu = kept.get("push by IMU", imu.of_force, partial(_push_by_imu, prepared, imu, push, turned))
     return Kinematics(turn, turn_by_imu, push, push_by_imu, reasons, {"turn": imu.of_rates, "push": imu.of_force})
 
 
-def _quiet_turn(prepared: Prepared, turn: Array, rate: Samples) -> Array:
-    t = prepared.recorded.t
-    by_imu = _turn_by_imu(t, rate)
-    if not prepared.quiet:
-        return by_imu
-    cut = prepared.kept.get("fastest turn", None, partial(fastest, t, turn, by_imu))
-    return _turn_by_imu(t, quieted(rate, cut))
+def _turn_by_imu(prepared: Prepared, imu: ImuLaw, turn: Array) -> Array:
+    def made(cut: float) -> Array:
+        first, second = (imu.true(x, imu.rate_bias) for x in _measured(prepared, "rate", imu, cut))
+        return _turn_of(prepared.recorded.t, first, second)
+
+    return made(_cut(prepared, "turn", turn, made))
 
 
-def _quiet_push(prepared: Prepared, push: Array, turned: list[Array], force: Samples) -> Array:
-    t, gravity = prepared.recorded.t, prepared.vehicle.gravity
-    by_imu = _push_by_imu(t, force, turned, gravity)
+def _push_by_imu(prepared: Prepared, imu: ImuLaw, push: Array, turned: list[Array]) -> Array:
+    def made(cut: float) -> Array:
+        forces = [imu.true(x, imu.force_bias) for x in _measured(prepared, "force", imu, cut)]
+        return _push_of(forces, turned, prepared.vehicle.gravity)
+
+    return made(_cut(prepared, "push", push, made))
+
+
+def _measured(prepared: Prepared, name: str, imu: ImuLaw, cut: float) -> list[Array]:
+    """What the IMU measured, at Gauss' first and second point of every step, (n - 1, 3) each."""
+
+    def made() -> list[Array]:
+        samples = prepared.measured(name, imu, cut)
+        assert samples is not None  # the flight has it
+        return [samples.at(x) for x in _gauss(prepared.recorded.t)]
+
+    return prepared.kept.get(f"{name} between rows", (imu.delay, imu.lag, cut), made)
+
+
+def _cut(prepared: Prepared, name: str, recorded: Array, made: Callable[[float], Array]) -> float:
+    """From where on (Hz) what the IMU says of steps is no motion; nowhere where its noise is not left out."""
     if not prepared.quiet:
-        return by_imu
-    cut = prepared.kept.get("fastest push", None, partial(fastest, t, push, by_imu))
-    return _push_by_imu(t, quieted(force, cut), turned, gravity)
+        return np.inf
+    return prepared.kept.get(f"fastest {name}", None, lambda: fastest(prepared.recorded.t, recorded, made(np.inf)))
 
 
 def _turn(t: Array, attitude: Samples) -> Array:
@@ -71,9 +86,8 @@ def _turn(t: Array, attitude: Samples) -> Array:
     return _padded(step / np.diff(t)[:, None])
 
 
-def _turn_by_imu(t: Array, rate: Samples) -> Array:
+def _turn_of(t: Array, first: Array, second: Array) -> Array:
     step = np.diff(t)[:, None]
-    first, second = (rate.at(x) for x in _gauss(t))
     return _padded(0.5 * (first + second) + np.sqrt(3.0) / 12 * step * cross(first, second))
 
 
@@ -87,8 +101,8 @@ def _attitudes(t: Array, attitude: Samples) -> list[Array]:
     return [rotation_matrices.matrices(rotations.normalize(attitude.at(x))) for x in _gauss(t)]
 
 
-def _push_by_imu(t: Array, force: Samples, turned: list[Array], gravity: float) -> Array:
-    first, second = (rotation_matrices.turned(r, force.at(x)) for r, x in zip(turned, _gauss(t), strict=True))
+def _push_of(forces: Sequence[Array], turned: list[Array], gravity: float) -> Array:
+    first, second = (rotation_matrices.turned(r, f) for r, f in zip(turned, forces, strict=True))
     return _padded(0.5 * (first + second) - [0.0, 0.0, gravity])
 
 

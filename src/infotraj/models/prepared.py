@@ -20,6 +20,7 @@ from infotraj.flight import BEGAN, TURNED, Flight
 from infotraj.models.actuation import rotors_at, tilts_at
 from infotraj.models.interpolation import interpolate
 from infotraj.models.origin_path import origin_path
+from infotraj.models.quieted import quieted
 from infotraj.models.recorded import Recorded, Samples, recorded
 from infotraj.models.rotor_wrench import wrench_of_inputs
 from infotraj.models.sensor_lag import slope
@@ -140,8 +141,11 @@ class Prepared:
             time, instants = segment.line.time, (imu.delay, imu.lag > 0.0, law.clocks)
             pose = self.kept_of_segments.get(f"pose {segment.start}", instants, lambda: self._pose(time))
             attitude, height, velocity, battery = pose
-            stage, key = f"turning {segment.start}", (imu.of_rates, instants)
-            turning = self.kept_of_segments.get(stage, key, lambda: self._turning(imu, time))
+            rate, turning = self.measured("rate", imu), None
+            if rate is not None:
+                stage, key = f"turning {segment.start}", (imu.lag, instants)
+                turning = self.kept_of_segments.get(stage, key, lambda: _at(rate, time))
+                turning = turning if rate.derived else imu.true(turning, imu.rate_bias)
             motion = Motion(time - self.start, attitude, height, velocity, turning, battery)
             actuators = self._actuators(segment, imu, law)
             return Along(self.vehicle, motion, actuators, air=air)
@@ -166,41 +170,39 @@ class Prepared:
                 height = height - attitude[:, 2] @ self.followed
         return attitude, height, velocity, battery
 
+    def measured(self, name: str, imu: ImuLaw, cut: float = np.inf) -> Samples | None:
+        """What the IMU measured, "rate" or "force", before its filter, and when; derived channels as they are.
+
+        cut: Hz, from which on it is left out (`quieted`).
+        """
+        samples = {"rate": self.recorded.rate, "force": self.recorded.specific_force}[name]
+        if samples is None or samples.derived:
+            return samples
+
+        def made() -> Samples:
+            values = samples.values
+            if imu.lag > 0.0:
+                values = values + imu.lag * self.kept.get(f"slope of {name}", None, lambda: slope(samples))
+            return quieted(Samples(samples.times - imu.delay, values), cut)
+
+        return self.kept.get(f"{name} before the filter", (imu.delay, imu.lag, cut), made)
+
     def true_rate(self, imu: ImuLaw) -> Samples | None:
         """The body's rates and when they were sampled, from the measured ones; derived ones as they are."""
-        rate = self.recorded.rate
-        if rate is None or rate.derived:
-            return rate
-
-        def turned() -> Samples:
-            return Samples(rate.times - imu.delay, (self._before_lag("rate", rate, imu) - imu.rate_bias) @ imu.rotation)
-
-        return self.kept.get("true rate", imu.of_rates, turned)
-
-    def _turning(self, imu: ImuLaw, time: Array) -> Array | None:
-        """The body's rates (N, 3) at `time` (N,), where they are known."""
-        rate = self.true_rate(imu)
-        return None if rate is None else _at(rate, time)
+        rate = self.measured("rate", imu)
+        return rate if rate is None or rate.derived else Samples(rate.times, imu.true(rate.values, imu.rate_bias))
 
     def true_specific_force(self, imu: ImuLaw) -> Samples | None:
         """The specific force (m/s^2, body) of the origin and when it was sampled, from the measured one."""
-        force = self.recorded.specific_force
-        if force is None or force.derived:
-            return force
-        values = self._before_lag("force", force, imu) - imu.force_bias
-        return Samples(force.times - imu.delay, values @ imu.rotation)
-
-    def _before_lag(self, name: str, samples: Samples, imu: ImuLaw) -> Array:
-        """What the sensors' filter was given where its output was sampled: y + lag dy/dt."""
-        if imu.lag == 0.0:
-            return samples.values
-        return samples.values + imu.lag * self.kept.get(f"slope of {name}", None, lambda: slope(samples))
+        force = self.measured("force", imu)
+        return force if force is None or force.derived else Samples(force.times, imu.true(force.values, imu.force_bias))
 
     def angular_acceleration(self, time: Array, imu: ImuLaw) -> Array:
         """Recorded angular acceleration (N, 3), rad/s^2, by central differences of the rates, which the flight has."""
-        rate = self.true_rate(imu)
+        rate = self.measured("rate", imu)
         assert rate is not None
-        return interpolate(rate.times, rate.slopes, time)
+        found = interpolate(rate.times, rate.slopes, time)
+        return found if rate.derived else imu.true(found, np.zeros(3))
 
     def origin_path(self, imu: ImuLaw) -> OriginPath | None:
         """The specific force of the body's origin in world axes, sample by sample; from the velocity where needed."""
