@@ -21,7 +21,6 @@ from infotraj.rotations import Array
 from infotraj.vehicle import Vehicle
 
 SMALL = 0.03  # of the usual size: the step of a derivative
-_TOGETHER = 16  # columns that are computed before they are put into bins: memory does not grow with their number
 
 
 @dataclass(frozen=True)
@@ -117,24 +116,22 @@ def columns_of(
     models = [(Model(observation.vehicle, moved), factor) for moved, factor in changed]
     now = Model(observation.vehicle, effects)
     for s, coarse, turns in zip(observation.samples, observation.coarse, observation.transforms, strict=True):
-        columns = [[kept(turn, b)[..., None]] for turn, b in zip(turns, s.residual(now), strict=True)]
+        own = [kept(turn, b) for turn, b in zip(turns, s.residual(now), strict=True)]
+        joint = [np.zeros((*b.shape, 1 + len(models))) for b in own]
+        for made, b in zip(joint, own, strict=True):
+            made[..., 0] = b
         base = coarse.residual(now) if models else []
-        for first in range(0, len(models), _TOGETHER):
-            part = models[first : first + _TOGETHER]
-            lost = [np.zeros((*b.shape, len(part))) for b in base]
-            for k, (model, factor) in enumerate(part):
-                try:
-                    with np.errstate(all="ignore"):
-                        residual = coarse.residual(model)
-                except InputError:
-                    continue
-                for own, b, r in zip(lost, base, residual, strict=True):
-                    # What a model leaves as it was is the same array.
-                    if r is not b:
-                        own[..., k] = _finite((b - r) * factor)
-            for made, turn, x in zip(columns, turns, lost, strict=True):
-                made.append(kept(turn, x) if x.any() else np.zeros((*made[0].shape[:-1], len(part))))
-        out.append([np.concatenate(made, axis=2) for made in columns])
+        for k, (model, factor) in enumerate(models):
+            try:
+                with np.errstate(all="ignore"):
+                    residual = coarse.residual(model)
+            except InputError:
+                continue
+            for made, turn, b, r in zip(joint, turns, base, residual, strict=True):
+                # What a model leaves as it was is the same array.
+                if r is not b:
+                    made[..., 1 + k] = kept(turn, _finite((b - r) * factor))
+        out.append(joint)
     return out
 
 

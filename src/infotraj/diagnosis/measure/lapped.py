@@ -10,10 +10,11 @@ kept: what a body does is slower, and filters inside sensors take away what is f
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import pairwise
 
 import numpy as np
+from numba import njit
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
@@ -42,6 +43,14 @@ class Stretch:
     time: Array
     bin: NDArray
     kept: NDArray
+
+    @cached_property
+    def beside(self) -> tuple[NDArray, NDArray, Array]:
+        """For each bin the groups before and after it of those that have a value, and how far it is on the way."""
+        filled = self.bin[self.kept]
+        after = np.clip(np.searchsorted(filled, np.arange(self.count)), 1, len(filled) - 1)
+        a, b = filled[after - 1], filled[after]
+        return after - 1, after, (np.arange(self.count) - a) / (b - a)
 
 
 @dataclass(frozen=True)
@@ -127,19 +136,36 @@ def _binned(s: Stretch, difference: bool, values: Array) -> Array:
     So noise of single samples is averaged before it is differenced. Empty bins lie on a straight line.
     """
     beside = (-1, *(1,) * (values.ndim - 1))
-    size = np.diff(np.append(s.starts, len(values))).astype(float).reshape(beside)
+    wide = np.ascontiguousarray(values).reshape(len(values), int(np.prod(values.shape[1:])))
+    level = _means(wide, s.starts, difference).reshape(len(s.starts), *values.shape[1:])
     if difference:
-        level = np.add.reduceat(np.cumsum(values, axis=0), s.starts, axis=0) / size
         value = (level[s.kept] - level[s.kept - 1]) / (s.time[s.kept] - s.time[s.kept - 1]).reshape(beside)
     else:
-        value = (np.add.reduceat(values, s.starts, axis=0) / size)[s.kept]
-    filled = s.bin[s.kept]
-    if len(filled) == s.count:
+        value = level[s.kept]
+    if len(s.kept) == s.count:
         return value
-    after = np.clip(np.searchsorted(filled, np.arange(s.count)), 1, len(filled) - 1)
-    a, b = filled[after - 1], filled[after]
-    share = ((np.arange(s.count) - a) / (b - a)).reshape(beside)
-    return value[after - 1] * (1 - share) + value[after] * share
+    before, after, share = s.beside
+    share = share.reshape(beside)
+    return value[before] * (1 - share) + value[after] * share
+
+
+@njit(cache=True)
+def _means(values, starts, summed):
+    """Means (g, c) of values (m, c) over groups that begin at `starts` (g,); summed: of their running sums."""
+    count, columns = len(starts), values.shape[1]
+    out, total = np.zeros((count, columns)), np.zeros(columns)
+    for k in range(count):
+        stop = starts[k + 1] if k + 1 < count else len(values)
+        for i in range(starts[k], stop):
+            for j in range(columns):
+                if summed:
+                    total[j] += values[i, j]
+                    out[k, j] += total[j]
+                else:
+                    out[k, j] += values[i, j]
+        for j in range(columns):
+            out[k, j] /= stop - starts[k]
+    return out
 
 
 @lru_cache(maxsize=64)

@@ -11,11 +11,13 @@ them: both sides alike. Above it the filters inside sensors, which no model here
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from infotraj import rotation_matrices, rotations
@@ -218,17 +220,31 @@ def _grouped(run: NDArray, together: int, difference: bool) -> NDArray:
 
 def _steps(t: Array, mean: Array, channel: Channel) -> Array:
     """Integral (m, 3) of `mean` (n, 3), row k from t[k] to t[k+1], over each sample's rows."""
-    total = np.zeros((len(t), mean.shape[1]))
-    np.cumsum(np.nan_to_num(mean[:-1]) * np.diff(t)[:, None], axis=0, out=total[1:])
-    return total[channel.last] - total[channel.first]
+    return _integrals(t, mean, channel.first, channel.last)
+
+
+@njit(cache=True)
+def _integrals(t, mean, first, last):
+    total = np.zeros(mean.shape)  # up to each row; of a step that is not known nothing is added
+    for k in range(len(t) - 1):
+        for j in range(mean.shape[1]):
+            x = mean[k, j]
+            total[k + 1, j] = total[k, j] + (x * (t[k + 1] - t[k]) if math.isfinite(x) else 0.0)
+    out = np.empty((len(first), mean.shape[1]))
+    for i in range(len(first)):
+        for j in range(mean.shape[1]):
+            out[i, j] = total[last[i], j] - total[first[i], j]
+    return out
 
 
 def _force(samples: FlightSamples, prediction: Prediction, c: Channel) -> Array:
-    def mean(values: Array) -> Array:
-        return values[c.last] if c.rows.shape[1] == 1 else values[c.rows].mean(axis=1)
+    measured = samples.prepared.kept.get("measured force", None, lambda: _mean(samples.flight.get(*SPECIFIC_FORCE), c))
+    return measured - _mean(prediction.specific_force, c)
 
-    measured = samples.prepared.kept.get("measured force", None, lambda: mean(samples.flight.get(*SPECIFIC_FORCE)))
-    return measured - mean(prediction.specific_force)
+
+def _mean(values: Array, c: Channel) -> Array:
+    """Mean (m, 3) of values (n, 3) over each sample's rows."""
+    return values[c.last] if c.rows.shape[1] == 1 else values[c.rows].mean(axis=1)
 
 
 def _had(stream: T | None) -> T:
@@ -253,8 +269,7 @@ def measured_change(samples: FlightSamples, c: Channel) -> Array:
 def measured_side(samples: FlightSamples, c: Channel) -> Array | None:
     """What was measured (m, 3), in the residual's unit; None for channels of the IMU against itself."""
     if c.name == "force":
-        x = samples.flight.get(*SPECIFIC_FORCE)
-        return x[c.last] if c.rows.shape[1] == 1 else x[c.rows].mean(axis=1)
+        return _mean(samples.flight.get(*SPECIFIC_FORCE), c)
     if c.name == "rate":
         return measured_change(samples, c)
     if c.name == "velocity":
