@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import time
 from pathlib import Path
 
@@ -181,6 +182,8 @@ def test_rows_without_commands_for_long_or_without_motion_are_not_covered():
     assert covered[f.t < 1.2].all()
     assert not covered[(f.t > 1.3) & (f.t < 2.0)].any()
     assert covered[f.t >= 2.0].all()
+    kept = pickle.loads(pickle.dumps(Model(vehicle).predict(Flight(table))))
+    assert np.array_equal(kept.covered, covered)
     late = Model(vehicle, [effect_class("time_offset")(dt=0.05)]).predict(f).covered
     assert not late[f.t < 0.049].any()
     assert late[f.t > 0.051].all()

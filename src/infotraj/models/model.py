@@ -76,17 +76,23 @@ class Model:
         n, rows = len(prepared.recorded.t), list[Array]()
         for s in prepared.segments(imu, law):
             found = self._segment(prepared, s, prepared.along(s, imu, law, air, self._flown), imu, law, frame)
+            if (s.start, s.stop) == (0, n):
+                rows = found
+                break
             rows = rows or [np.full((n, 3), np.nan) for _ in found]
             for whole, part in zip(rows, found, strict=True):
                 whole[s.start : s.stop] = part  # the last row again by the next one, which knows the step after it
-        force, force_mean, turn, turn_mean = (x @ imu.rotation.T for x in as_sensed(prepared.recorded, rows, imu.lag))
+        sensed = as_sensed(prepared.recorded, rows, imu.lag)
+        if imu.turned:
+            sensed = [x @ imu.rotation.T for x in sensed]
+        force, force_mean, turn, turn_mean = sensed
         return Prediction(
             prepared.recorded.t,
             force + imu.force_bias,
             force_mean,
             turn,
             turn_mean,
-            prepared.kept.get("covered", (imu.delay, law.clocks), lambda: self._covered(prepared, imu, law)),
+            lambda: prepared.kept.get("covered", (imu.delay, law.clocks), lambda: self._covered(prepared, imu, law)),
             prepared.kept.get("testable", None, lambda: self.testable(prepared.flight)),
             kinematics(prepared, imu),
         )
@@ -302,11 +308,10 @@ def _between_samples(t: Array, samples: Samples) -> Mask:
     """Where t (n,) lies between two samples that are not too far apart, (n,) bool."""
     if len(samples.times) < 2:
         return np.ones(len(t), dtype=bool)
-    usual = np.median(np.diff(samples.times))
     after = np.clip(np.searchsorted(samples.times, t), 1, len(samples.times) - 1)
     hole = samples.times[after] - samples.times[after - 1]
     outside = (t < samples.times[0] - 1e-9) | (t > samples.times[-1] + 1e-9)
-    return (hole <= max(_STALE * usual, _STALE_AT_LEAST)) & ~outside
+    return (hole <= max(_STALE * samples.usual, _STALE_AT_LEAST)) & ~outside
 
 
 def _added(effect: Effect, along: Along) -> Array:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 from numpy.typing import NDArray
 
@@ -42,7 +44,8 @@ class Prediction:
     k + 1 (last row NaN), so that the measured rate of row k + 1 minus that of row k is (t[k+1] - t[k]) times the mean.
     NaN where the vehicle file does not give mass or inertia.
 
-    covered (n,) bool: False where the inputs do not reach (commands missing for long, motion not recorded).
+    covered (n,) bool: False where the inputs do not reach (commands missing for long, motion not recorded); found by
+    `reach` when it is first asked for.
     testable: for each of fx fy fz tx ty tz None, or the reason why the prediction or its measured side is missing.
     """
 
@@ -51,6 +54,15 @@ class Prediction:
     specific_force_mean: Array
     angular_acceleration: Array
     angular_acceleration_mean: Array
-    covered: NDArray
+    reach: Callable[[], NDArray]
     testable: dict[str, str | None]
     kinematics: Kinematics
+
+    @cached_property
+    def covered(self) -> NDArray:
+        """Where the inputs reach, (n,) bool."""
+        return self.reach()
+
+    def __getstate__(self) -> dict[str, Any]:
+        # What finds it holds the flight.
+        return {**self.__dict__, "covered": self.covered, "reach": None}

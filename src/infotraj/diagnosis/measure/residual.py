@@ -229,7 +229,7 @@ def _integrals(t, mean, first, last):
     for k in range(len(t) - 1):
         for j in range(mean.shape[1]):
             x = mean[k, j]
-            total[k + 1, j] = total[k, j] + (x * (t[k + 1] - t[k]) if math.isfinite(x) else 0.0)
+            total[k + 1, j] = total[k, j] + (0.0 if math.isnan(x) else x * (t[k + 1] - t[k]))
     out = np.empty((len(first), mean.shape[1]))
     for i in range(len(first)):
         for j in range(mean.shape[1]):
