@@ -79,6 +79,27 @@ def test_an_effect_that_is_not_there_is_neither_probable_nor_better():
     assert found.gain == pytest.approx(0.0, abs=0.01)
 
 
+def test_where_an_error_is_nearly_all_noise_it_falls_in_units_of_its_noise():
+    """A hundred times as much noise where bands weigh nothing hides nothing of what the others say."""
+    made = fit(2.0)
+    sums = made.linear.sums
+    believed = sums.believed.copy()
+    believed[..., 0, 0] += 100.0 * sums.slow
+    products: Any = SimpleNamespace(**{**vars(sums.made), "believed": believed})
+    found = evidence(with_sums(made, made=products), "linear_drag", RNG)
+    assert found.gain == pytest.approx(0.5 * np.log(5.0), abs=0.05)
+    assert found.falls == {"fx": pytest.approx(found.gain)}
+    absent = gain_beside(with_sums(fit(2.0, chosen=()), made=products), 0)
+    assert absent == pytest.approx(0.5 * np.log(5.0), abs=0.05)
+
+
+def test_what_gets_worse_as_it_is_counts_whatever_falls_in_units_of_noise():
+    weighted = np.array([[4.0], [4.0], [1.0]])
+    without, kept = module._Left(weighted, np.ones(3)), module._Left(np.ones((3, 1)), np.array([1.0, 4.0, 4.0]))
+    np.testing.assert_allclose(module._falls(without, kept), np.log([2.0, 1.0, 0.5]), atol=1e-12)
+    np.testing.assert_allclose(module._falls(kept, kept), 0.0, atol=1e-12)
+
+
 def test_the_rise_is_in_units_of_the_noise_a_window_and_at_least_that_of_what_is_left():
     """A square of 1 a row beside a noise of 4 that is weighed as 1: 50 rows a window, or a quarter of what is left."""
     made = fit(1.0, noise=2.0)

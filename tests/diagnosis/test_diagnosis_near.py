@@ -120,6 +120,18 @@ def test_what_is_left_of_flights_is_that_of_the_model_as_it_is(first, best):
     np.testing.assert_allclose(after, whole.linear.absent.plain_error(whole.solution.each), rtol=0.2)
 
 
+def test_what_is_left_in_units_of_its_noise_is_what_the_weighted_sums_say(best):
+    whole = best[1]
+    sums, each = whole.linear.absent, whole.solution.each
+    shares = left(whole, each, weighted=True) / left(whole, None, weighted=True)
+    by_sums = whole.error(each).sum(axis=1) / whole.error(np.zeros_like(each)).sum(axis=1)
+    torque = [sums.axes.index(a) for a in ("tx", "ty")]
+    assert (shares[torque] < 0.05).all()
+    # The sums have the model linear, and torques fall by a million.
+    rest = np.delete(np.arange(len(shares)), torque)
+    np.testing.assert_allclose(shares[rest], by_sums[rest], rtol=0.5)
+
+
 def test_numbers_that_are_refined_together_are_those_of_the_flights_and_nothing_is_held(first, best):
     made = around_fit(best[1], known(first))
     found = numbers(made.point)

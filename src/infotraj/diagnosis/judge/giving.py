@@ -54,8 +54,8 @@ class Given:
     @cached_property
     def gain(self) -> float:
         """By how much errors on flights that were not fitted fall from those of the model as given, their logarithms
-        over all axes together."""
-        return -net(_shares(self.fit))
+        over all axes together; as they are or in units of their noise, where they fall by more."""
+        return -min(net(_shares(self.fit)), net(_shares_by_weight(self.fit)))
 
 
 def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
@@ -204,6 +204,15 @@ def _shares(made: Fit, each: Array | None = None) -> Array:
     """Root mean square error (axes,) on flights not fitted, as a share of that of the model as given; 0 of nothing."""
     before = left(made, None)
     after = left(made, made.solution.each if each is None else each)
+    return _roots(before, after)
+
+
+def _shares_by_weight(made: Fit) -> Array:
+    """The same of errors in units of their noise, frequency by frequency."""
+    return _roots(left(made, None, weighted=True), left(made, made.solution.each, weighted=True))
+
+
+def _roots(before: Array, after: Array) -> Array:
     return np.where(before > 0, np.sqrt(after / np.maximum(before, 1e-300)), 0.0)
 
 

@@ -20,7 +20,8 @@ def about_takes(reasons: Iterable[str | None]) -> list[str]:
     """What `change` and the share that a reason says an effect takes are of, where one says so: they are two errors."""
     said = any(_TAKES in (reason or "") for reason in reasons)
     return [
-        "change is of the squared error in units of its noise; what an effect takes is of the error itself (RMS)"
+        "change is of the squared error in units of its noise; "
+        "what an effect takes is of the error itself (RMS), or in these units"
     ] * said
 
 

@@ -8,17 +8,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from infotraj.diagnosis.noise.spectra import binned, spectra
+from infotraj.diagnosis.noise.spectra import EDGES, binned, spectra
 from infotraj.diagnosis.select.fit import Fit
 from infotraj.rotations import Array
 
 TELLS = float(np.log(1.2))  # by which errors on flights not fitted fall for what is told: a sixth of one axis
 
 
-def left(made: Fit, each: Array | None) -> Array:
+def left(made: Fit, each: Array | None, weighted: bool = False) -> Array:
     """Mean square (axes,) of the slow coefficients of every fold under the numbers that were fitted without it.
 
-    each (folds, p); None: the model as given.
+    each (folds, p); None: the model as given. weighted: of all coefficients, each by its weight.
     """
     linear, o = made.linear, made.linear.observation
     axes = linear.sums.axes
@@ -35,11 +35,13 @@ def left(made: Fit, each: Array | None) -> Array:
             raw = o.of_flight(number).raw(model)
             if raw is None:
                 return np.full(len(axes), np.inf)
-            for s in spectra([samples], [turns], binned([turns], raw)):
-                own = s.band < linear.weights.slow(s.axis)
+            before = 3 * sum(len(x.channels) for x in o.samples[:number])
+            for place, s in enumerate(spectra([samples], [turns], binned([turns], raw)), before):
+                own = s.band < (len(EDGES) if weighted else linear.weights.slow(s.axis))
                 if fold is not None:
                     own &= o.blocks.fold[o.blocks.at(number, s.time)] == fold
-                total[axes.index(s.axis)] += s.values[own, 0] @ s.values[own, 0]
+                weight = linear.weights.of(place, s)[own] if weighted else 1.0
+                total[axes.index(s.axis)] += np.sum(weight * s.values[own, 0] ** 2)
                 count[axes.index(s.axis)] += own.sum()
     return total / np.maximum(count, 1)
 
