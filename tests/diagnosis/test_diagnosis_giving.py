@@ -3,6 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -132,6 +133,14 @@ def search_of_names():
 def test_the_net_of_shares_is_their_product():
     assert giving.net(np.array([0.5, 2.0])) == pytest.approx(0.0)
     assert giving.net(np.array([0.5, 0.0, 0.5])) == pytest.approx(np.log(0.25))
+
+
+def test_a_model_gains_by_errors_as_they_are_or_in_units_of_their_noise_axis_by_axis(monkeypatch):
+    """What gets worse as it is has that taken off; an axis without an error says nothing."""
+    shares = np.array([0.5, 1.0, 2.0, 0.0]), np.array([1.0, 0.25, 0.5, 0.0])
+    monkeypatch.setattr(giving, "_both_shares", lambda fit: shares)
+    gain = giving.Given(cast("Any", None), {}).gain
+    assert gain == pytest.approx(np.log(2.0) + np.log(4.0) + (np.log(2.0) - np.log(2.0)))
 
 
 def test_what_may_correct_the_ratio_comes_in_the_order_in_which_it_predicts(monkeypatch):

@@ -13,6 +13,7 @@ from infotraj.diagnosis.gates import refusal
 from infotraj.diagnosis.linear.candidates import firsts
 from infotraj.diagnosis.linear.sums import Sums
 from infotraj.diagnosis.select.fit import Fit
+from infotraj.diagnosis.select.predicting import fall
 from infotraj.diagnosis.select.prior import Scales
 from infotraj.rotations import Array
 
@@ -114,14 +115,11 @@ def shared(whole: Fit, found: Mapping[str, Evidence]) -> dict[str, Evidence]:
 
 
 def _falls(without: _Left, kept: _Left) -> Array:
-    """The logarithm by which the root mean square error of each axis falls, (axes,).
-
-    Of the slow error as it is, or in units of its noise where it falls by more: where frames vibrate or poses are
-    differenced nearly all of an error is noise, of which no effect takes anything off.
-    """
+    """The logarithm by which the root mean square error of each axis falls, (axes,): of the slow one, weighed by
+    coherence, and of all of it in units of its noise (`fall`)."""
     plain = 0.5 * np.log(np.maximum(without.believed, 1e-300) / np.maximum(kept.believed, 1e-300))
     weighted = 0.5 * np.log(np.maximum(without.error.sum(axis=1), 1e-300) / np.maximum(kept.error.sum(axis=1), 1e-300))
-    return plain + np.maximum(weighted - np.maximum(plain, 0.0), 0.0)
+    return fall(plain, weighted)
 
 
 def translated(whole: Fit, each: Array, rest: Fit) -> Array:

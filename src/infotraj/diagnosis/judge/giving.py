@@ -23,7 +23,7 @@ from infotraj.diagnosis.linear.candidates import places
 from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.fit import Fit
-from infotraj.diagnosis.select.predicting import TELLS, left, net
+from infotraj.diagnosis.select.predicting import TELLS, fall, left, net
 from infotraj.diagnosis.select.prior import SCALES, Scales
 from infotraj.diagnosis.select.score import Choice, Solution
 from infotraj.diagnosis.select.search import Search
@@ -54,8 +54,9 @@ class Given:
     @cached_property
     def gain(self) -> float:
         """By how much errors on flights that were not fitted fall from those of the model as given, their logarithms
-        over all axes together; as they are or in units of their noise, where they fall by more."""
-        return -min(net(_shares(self.fit)), net(_shares_by_weight(self.fit)))
+        over all axes together; as they are and in units of their noise (`fall`)."""
+        plain, weighted = (np.where(s > 0.0, -np.log(np.clip(s, 1e-6, 1e6)), 0.0) for s in _both_shares(self.fit))
+        return float(fall(plain, weighted).sum())
 
 
 def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
@@ -207,9 +208,10 @@ def _shares(made: Fit, each: Array | None = None) -> Array:
     return _roots(before, after)
 
 
-def _shares_by_weight(made: Fit) -> Array:
-    """The same of errors in units of their noise, frequency by frequency."""
-    return _roots(left(made, None, weighted=True), left(made, made.solution.each, weighted=True))
+def _both_shares(made: Fit) -> tuple[Array, Array]:
+    """The same, and of errors in units of their noise, frequency by frequency."""
+    by_weight = _roots(left(made, None, weighted=True), left(made, made.solution.each, weighted=True))
+    return _shares(made), by_weight
 
 
 def _roots(before: Array, after: Array) -> Array:

@@ -46,6 +46,15 @@ def left(made: Fit, each: Array | None, weighted: bool = False) -> Array:
     return total / np.maximum(count, 1)
 
 
+def fall(plain: Array, weighted: Array) -> Array:
+    """By which logarithm each error falls that does so by `plain` as it is and by `weighted` in units of its noise.
+
+    By what is more: where frames vibrate or poses are differenced nearly all of an error is noise, of which nothing
+    takes anything off. One that gets worse as it is has that taken off.
+    """
+    return plain + np.maximum(weighted - np.maximum(plain, 0.0), 0.0)
+
+
 def net(share: Array) -> float:
     """What a model does to all axes together: the sum of the logarithms of their errors' shares."""
     return float(np.sum(np.log(np.clip(share, 1e-6, 1e6)[share > 0])))
