@@ -85,17 +85,23 @@ def test_where_an_error_is_nearly_all_noise_it_falls_in_units_of_its_noise():
     sums = made.linear.sums
     believed = sums.believed.copy()
     believed[..., 0, 0] += 100.0 * sums.slow
-    products: Any = SimpleNamespace(**{**vars(sums.made), "believed": believed})
-    found = evidence(with_sums(made, made=products), "linear_drag", RNG)
+
+    def products(noise):
+        return SimpleNamespace(**{**vars(sums.made), "believed": believed, "noise": noise * sums.noise})
+
+    found = evidence(with_sums(made, made=products(1.0)), "linear_drag", RNG)
     assert found.gain == pytest.approx(0.5 * np.log(5.0), abs=0.05)
     assert found.falls == {"fx": pytest.approx(found.gain)}
-    absent = gain_beside(with_sums(fit(2.0, chosen=()), made=products), 0)
+    absent = gain_beside(with_sums(fit(2.0, chosen=()), made=products(1.0)), 0)
     assert absent == pytest.approx(0.5 * np.log(5.0), abs=0.05)
+    # Where most of what is left in these units is something else, the error as it is says all.
+    assert evidence(with_sums(made, made=products(0.4)), "linear_drag", RNG).gain == pytest.approx(0.02, abs=0.005)
 
 
 def test_what_gets_worse_as_it_is_counts_whatever_falls_in_units_of_noise():
     weighted = np.array([[4.0], [4.0], [1.0]])
-    without, kept = module._Left(weighted, np.ones(3)), module._Left(np.ones((3, 1)), np.array([1.0, 4.0, 4.0]))
+    without = module._Left(weighted, np.ones(3), np.ones(3))
+    kept = module._Left(np.ones((3, 1)), np.array([1.0, 4.0, 4.0]), np.ones(3))
     np.testing.assert_allclose(module._falls(without, kept), np.log([2.0, 1.0, 0.5]), atol=1e-12)
     np.testing.assert_allclose(module._falls(kept, kept), 0.0, atol=1e-12)
 

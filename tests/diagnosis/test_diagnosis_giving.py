@@ -137,8 +137,9 @@ def test_the_net_of_shares_is_their_product():
 
 def test_a_model_gains_by_errors_as_they_are_or_in_units_of_their_noise_axis_by_axis(monkeypatch):
     """What gets worse as it is has that taken off; an axis without an error says nothing."""
-    shares = np.array([0.5, 1.0, 2.0, 0.0]), np.array([1.0, 0.25, 0.5, 0.0])
-    monkeypatch.setattr(giving, "_both_shares", lambda fit: shares)
+    shares = np.array([0.5, 1.0, 2.0, 0.0, 1.0]), np.array([1.0, 0.25, 0.5, 0.0, 0.25])
+    stays = np.array([1.0, 1.0, 1.0, 0.0, 3.0])  # of the last one most is no noise
+    monkeypatch.setattr(giving, "_both_shares", lambda fit: (*shares, stays))
     gain = giving.Given(cast("Any", None), {}).gain
     assert gain == pytest.approx(np.log(2.0) + np.log(4.0) + (np.log(2.0) - np.log(2.0)))
 

@@ -130,6 +130,10 @@ def test_what_is_left_in_units_of_its_noise_is_what_the_weighted_sums_say(best):
     # The sums have the model linear, and torques fall by a million.
     rest = np.delete(np.arange(len(shares)), torque)
     np.testing.assert_allclose(shares[rest], by_sums[rest], rtol=0.5)
+    # With what was found it is about what is expected of noise.
+    stays = left(whole, each, weighted=True)
+    np.testing.assert_allclose(stays[rest], (whole.error(each).sum(axis=1) / sums.noise)[rest], rtol=0.5)
+    assert (stays[rest] < 2.0).all()
 
 
 def test_numbers_that_are_refined_together_are_those_of_the_flights_and_nothing_is_held(first, best):

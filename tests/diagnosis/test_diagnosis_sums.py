@@ -219,6 +219,8 @@ def test_sums_are_those_of_the_coefficients_written_out():
         )
         np.testing.assert_allclose(sums.believed[a].sum(axis=0), believed)
         assert sums.slow[a].sum() == sum(low.sum() for low in slow)
+        expected = sum(np.sum(w.coherence[a, s.band] * w.second[k]) for k, s in own)
+        assert sums.noise[a] == pytest.approx(expected)
         # Twenty seconds of each flight, in units of a window.
         assert sums.windows[a].sum() == pytest.approx(3 * 20.0 / WINDOW)
     # Each fold is a flight: the third holds what its own coefficients are.

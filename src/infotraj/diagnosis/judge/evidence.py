@@ -119,7 +119,7 @@ def _falls(without: _Left, kept: _Left) -> Array:
     coherence, and of all of it in units of its noise (`fall`)."""
     plain = 0.5 * np.log(np.maximum(without.believed, 1e-300) / np.maximum(kept.believed, 1e-300))
     weighted = 0.5 * np.log(np.maximum(without.error.sum(axis=1), 1e-300) / np.maximum(kept.error.sum(axis=1), 1e-300))
-    return fall(plain, weighted)
+    return fall(plain, weighted, kept.error.sum(axis=1) / np.maximum(kept.noise, 1e-300))
 
 
 def translated(whole: Fit, each: Array, rest: Fit) -> Array:
@@ -134,15 +134,20 @@ def translated(whole: Fit, each: Array, rest: Fit) -> Array:
 
 @dataclass(frozen=True)
 class _Left:
-    """What a model leaves: weighted squared error (axes, blocks), mean squares (axes,) of what goes with the motion."""
+    """What a model leaves: weighted squared error (axes, blocks), mean squares (axes,) of what goes with the motion.
+
+    noise (axes,): what the richest model leaves of the first, all blocks together.
+    """
 
     error: Array
     believed: Array
+    noise: Array
 
     @classmethod
     def of(cls, made: Fit, theta: Array) -> _Left:
         """With numbers theta (folds, p), each fold under its own."""
-        return cls(made.error(theta), made.linear.absent.believed_error(theta))
+        sums = made.linear.absent
+        return cls(made.error(theta), sums.believed_error(theta), sums.noise)
 
 
 def evidence_of_absent(whole: Fit, choice: int, rng: np.random.Generator) -> Evidence:

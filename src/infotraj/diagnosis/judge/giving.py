@@ -55,8 +55,9 @@ class Given:
     def gain(self) -> float:
         """By how much errors on flights that were not fitted fall from those of the model as given, their logarithms
         over all axes together; as they are and in units of their noise (`fall`)."""
-        plain, weighted = (np.where(s > 0.0, -np.log(np.clip(s, 1e-6, 1e6)), 0.0) for s in _both_shares(self.fit))
-        return float(fall(plain, weighted).sum())
+        *shares, stays = _both_shares(self.fit)
+        plain, weighted = (np.where(s > 0.0, -np.log(np.clip(s, 1e-6, 1e6)), 0.0) for s in shares)
+        return float(fall(plain, weighted, stays).sum())
 
 
 def given(search: Search, whole: Fit, labels: Sequence[str]) -> Given:
@@ -208,10 +209,10 @@ def _shares(made: Fit, each: Array | None = None) -> Array:
     return _roots(before, after)
 
 
-def _both_shares(made: Fit) -> tuple[Array, Array]:
-    """The same, and of errors in units of their noise, frequency by frequency."""
-    by_weight = _roots(left(made, None, weighted=True), left(made, made.solution.each, weighted=True))
-    return _shares(made), by_weight
+def _both_shares(made: Fit) -> tuple[Array, Array, Array]:
+    """The same, that of errors in units of their noise, frequency by frequency, and the squares left in these units."""
+    stays = left(made, made.solution.each, weighted=True)
+    return _shares(made), _roots(left(made, None, weighted=True), stays), stays
 
 
 def _roots(before: Array, after: Array) -> Array:

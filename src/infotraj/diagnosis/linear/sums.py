@@ -50,6 +50,11 @@ class Sums:
         """Time of each block on each axis, (axes, blocks), in units of WINDOW."""
         return self.made.windows
 
+    @property
+    def noise(self) -> Array:
+        """Weighted squared error (axes,) that the richest model leaves: what is expected of noise alone."""
+        return self.made.noise
+
     @cached_property
     def by_fold(self) -> Array:
         """Products over all axes, (folds, 1 + p, 1 + p)."""
@@ -247,6 +252,16 @@ class _OfSpectra:
             fold = np.searchsorted(self._folds, self._cut.fold[self._cut.of(s)])
             below = fold[s.band < self._weights.slow(s.axis)]
             out[axes.index(s.axis)] += np.bincount(below, minlength=len(self._folds))
+        return out
+
+    @cached_property
+    def noise(self) -> Array:
+        """Weighted squares (axes,) of noise alone."""
+        axes = self._weights.axes
+        out = np.zeros(len(axes))
+        for number, s in enumerate(self._found):
+            a = axes.index(s.axis)
+            out[a] += self._weights.of(number, s) @ self._weights.noise[a, s.band]
         return out
 
     @cached_property

@@ -13,12 +13,14 @@ from infotraj.diagnosis.select.fit import Fit
 from infotraj.rotations import Array
 
 TELLS = float(np.log(1.2))  # by which errors on flights not fitted fall for what is told: a sixth of one axis
+_MOSTLY = 2.0  # in units of its noise: of a squared error that is larger most is something else
 
 
 def left(made: Fit, each: Array | None, weighted: bool = False) -> Array:
     """Mean square (axes,) of the slow coefficients of every fold under the numbers that were fitted without it.
 
-    each (folds, p); None: the model as given. weighted: of all coefficients, each by its weight.
+    each (folds, p); None: the model as given. weighted: of all coefficients, in units of their noise: 1 where a model
+    leaves no more than the richest one does.
     """
     linear, o = made.linear, made.linear.observation
     axes = linear.sums.axes
@@ -40,19 +42,23 @@ def left(made: Fit, each: Array | None, weighted: bool = False) -> Array:
                 own = s.band < (len(EDGES) if weighted else linear.weights.slow(s.axis))
                 if fold is not None:
                     own &= o.blocks.fold[o.blocks.at(number, s.time)] == fold
-                weight = linear.weights.of(place, s)[own] if weighted else 1.0
-                total[axes.index(s.axis)] += np.sum(weight * s.values[own, 0] ** 2)
-                count[axes.index(s.axis)] += own.sum()
-    return total / np.maximum(count, 1)
+                a = axes.index(s.axis)
+                weight = linear.weights.of(place, s)[own] if weighted else np.ones(own.sum())
+                total[a] += np.sum(weight * s.values[own, 0] ** 2)
+                count[a] += np.sum(weight * linear.weights.noise[a, s.band[own]]) if weighted else own.sum()
+    return total / np.where(count > 0.0, count, 1.0)
 
 
-def fall(plain: Array, weighted: Array) -> Array:
+def fall(plain: Array, weighted: Array, stays: Array) -> Array:
     """By which logarithm each error falls that does so by `plain` as it is and by `weighted` in units of its noise.
 
     By what is more: where frames vibrate or poses are differenced nearly all of an error is noise, of which nothing
-    takes anything off. One that gets worse as it is has that taken off.
+    takes anything off. One that gets worse as it is has that taken off. As it is alone where `stays`, what is left in
+    units of its noise, is for the most part no noise: beside physics without a name, what resembles it a little is
+    sure in these units and hardly moves the vehicle.
     """
-    return plain + np.maximum(weighted - np.maximum(plain, 0.0), 0.0)
+    more = np.maximum(weighted - np.maximum(plain, 0.0), 0.0)
+    return plain + np.where(stays <= _MOSTLY, more, 0.0)
 
 
 def net(share: Array) -> float:
