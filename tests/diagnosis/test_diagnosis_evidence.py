@@ -98,6 +98,20 @@ def test_where_an_error_is_nearly_all_noise_it_falls_in_units_of_its_noise():
     assert evidence(with_sums(made, made=products(0.4)), "linear_drag", RNG).gain == pytest.approx(0.02, abs=0.005)
 
 
+def test_what_one_sensor_has_against_another_falls_as_it_is_alone():
+    def rows(rng, _):
+        x = rng.standard_normal((2, ROWS, 3))
+        x[:, :, 0] += 2.0 * x[:, :, 1]
+        return x
+
+    _, whole = linear_fit(NAMES, rows, ["linear_drag"], ("fx", "turn x"))
+    believed = whole.linear.sums.believed.copy()
+    believed[..., 0, 0] += 100.0 * whole.linear.sums.slow
+    products: Any = SimpleNamespace(**{**vars(whole.linear.sums.made), "believed": believed})
+    found = evidence(with_sums(whole, made=products), "linear_drag", RNG)
+    assert found.falls == pytest.approx({"fx": 0.5 * np.log(5.0), "turn x": 0.5 * np.log(105.0 / 101.0)}, abs=0.05)
+
+
 def test_what_gets_worse_as_it_is_counts_whatever_falls_in_units_of_noise():
     weighted = np.array([[4.0], [4.0], [1.0]])
     without = module._Left(weighted, np.ones(3), np.ones(3))

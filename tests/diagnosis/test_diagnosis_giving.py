@@ -144,6 +144,18 @@ def test_a_model_gains_by_errors_as_they_are_or_in_units_of_their_noise_axis_by_
     assert gain == pytest.approx(np.log(2.0) + np.log(4.0) + (np.log(2.0) - np.log(2.0)))
 
 
+def test_of_sensors_held_against_one_another_no_error_is_told_in_units_of_its_noise(monkeypatch):
+    made: Any = SimpleNamespace(
+        linear=SimpleNamespace(sums=SimpleNamespace(axes=("fx", "vz", "tx", "turn x", "push z"))),
+        solution=SimpleNamespace(each=np.zeros((2, 1))),
+    )
+    monkeypatch.setattr(giving, "left", lambda fit, each, weighted=False: np.full(5, 4.0 if each is None else 1.0))
+    plain, weighted, stays = giving._both_shares(made)
+    np.testing.assert_allclose(plain, 0.5)
+    np.testing.assert_allclose(weighted, 0.5)
+    assert stays.tolist() == [1.0, 1.0, 1.0, np.inf, np.inf]
+
+
 def test_what_may_correct_the_ratio_comes_in_the_order_in_which_it_predicts(monkeypatch):
     """By more than a twentieth of one axis, and without an end at a bound."""
     shares = {

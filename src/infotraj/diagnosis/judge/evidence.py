@@ -136,7 +136,8 @@ def translated(whole: Fit, each: Array, rest: Fit) -> Array:
 class _Left:
     """What a model leaves: weighted squared error (axes, blocks), mean squares (axes,) of what goes with the motion.
 
-    noise (axes,): what the richest model leaves of the first, all blocks together.
+    noise (axes,): what the richest model leaves of the first, all blocks together; 0 where one sensor is held against
+    another, which moves no vehicle.
     """
 
     error: Array
@@ -147,7 +148,8 @@ class _Left:
     def of(cls, made: Fit, theta: Array) -> _Left:
         """With numbers theta (folds, p), each fold under its own."""
         sums = made.linear.absent
-        return cls(made.error(theta), sums.believed_error(theta), sums.noise)
+        moves = [refusal.axis_group(a) is not None for a in sums.axes]
+        return cls(made.error(theta), sums.believed_error(theta), np.where(moves, sums.noise, 0.0))
 
 
 def evidence_of_absent(whole: Fit, choice: int, rng: np.random.Generator) -> Evidence:

@@ -210,9 +210,11 @@ def _shares(made: Fit, each: Array | None = None) -> Array:
 
 
 def _both_shares(made: Fit) -> tuple[Array, Array, Array]:
-    """The same, that of errors in units of their noise, frequency by frequency, and the squares left in these units."""
+    """The same, that of errors in units of their noise, frequency by frequency, and the squares left in these units;
+    infinite where one sensor is held against another, which moves no vehicle."""
     stays = left(made, made.solution.each, weighted=True)
-    return _shares(made), _roots(left(made, None, weighted=True), stays), stays
+    moves = [refusal.axis_group(a) is not None for a in made.linear.sums.axes]
+    return _shares(made), _roots(left(made, None, weighted=True), stays), np.where(moves, stays, np.inf)
 
 
 def _roots(before: Array, after: Array) -> Array:

@@ -53,9 +53,9 @@ def fall(plain: Array, weighted: Array, stays: Array) -> Array:
     """By which logarithm each error falls that does so by `plain` as it is and by `weighted` in units of its noise.
 
     By what is more: where frames vibrate or poses are differenced nearly all of an error is noise, of which nothing
-    takes anything off. One that gets worse as it is has that taken off. As it is alone where `stays`, what is left in
-    units of its noise, is for the most part no noise: beside physics without a name, what resembles it a little is
-    sure in these units and hardly moves the vehicle.
+    takes anything off. One that gets worse as it is has that taken off. Only `plain` counts where less than half of
+    what is left is noise (`stays`, in units of its noise): what resembles physics without a name is sure there, however
+    little it moves the vehicle.
     """
     more = np.maximum(weighted - np.maximum(plain, 0.0), 0.0)
     return plain + np.where(stays <= _MOSTLY, more, 0.0)
