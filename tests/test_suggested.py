@@ -98,7 +98,8 @@ def test_poses_alone_are_imported_before_errors_are_asked_for(names, flown, tmp_
     alone = CliRunner().invoke(cli, ["locate", names[0], "./-p.parquet"])
     assert "`infotraj import` derives velocity and rates from its poses." in str(alone.exception)
     found = SimpleNamespace(
-        supported=(), beside=(), command_steps=1, healthy=None, before=SimpleNamespace(rows=np.zeros(6)),
+        supported=(), beside=(), command_steps=1, by_velocity=False, healthy=None,
+        before=SimpleNamespace(rows=np.zeros(6)),
         samples=[SimpleNamespace(flight=Flight(poses, {"source": "p.parquet"}))],
     )  # fmt: skip
     assert next_command(found, Path("m.yaml"), None) == "infotraj import p.parquet -o flights-2/"
@@ -140,7 +141,8 @@ def test_after_a_diagnosis_the_healthy_flights_that_were_used_are_handed_on():
         [SimpleNamespace(meta={"source": f"{n}.parquet"}) for n in names] for names in (("a",), ("b c", "-d"))
     )
     found = SimpleNamespace(
-        supported=("linear_drag",), beside=(), command_steps=1, healthy=SimpleNamespace(flights=healthy),
+        supported=("linear_drag",), beside=(), command_steps=1, by_velocity=False,
+        healthy=SimpleNamespace(flights=healthy),
         before=SimpleNamespace(rows=np.ones(6)),
         samples=[SimpleNamespace(flight=f) for f in used],
     )  # fmt: skip
@@ -153,7 +155,8 @@ def test_after_a_diagnosis_the_healthy_flights_that_were_used_are_handed_on():
 def test_a_recording_is_of_the_new_model_and_of_the_one_that_it_is_held_against(names):
     """The first is written to a file, or in the answer alone; where nothing is new the model as given is recorded."""
     found = SimpleNamespace(
-        supported=("linear_drag",), beside=(), command_steps=1, healthy=None, before=SimpleNamespace(rows=np.ones(6)),
+        supported=("linear_drag",), beside=(), command_steps=1, by_velocity=False, healthy=None,
+        before=SimpleNamespace(rows=np.ones(6)),
         after="better", samples=[SimpleNamespace(flight=SimpleNamespace(meta={"source": names[1]}))],
     )  # fmt: skip
     model, flight = Path(names[0]), quoted(names[1])
@@ -170,6 +173,11 @@ def test_a_recording_is_of_the_new_model_and_of_the_one_that_it_is_held_against(
     found.after = found.before
     said = recording_command(found, model, None)
     assert said == f"infotraj compare {quoted(model)} {flight} --recording worst-3.rrd --reference 'b c.parquet'"
+    found.by_velocity = True
+    assert recording_command(found, model, None) == f"{said} --force-from velocity"
+    assert next_command(found, model, None).endswith("--force-from velocity")
+    found.healthy = None
+    assert "--force-from" not in next_command(found, model, None)
 
 
 def test_a_new_model_has_a_name_that_no_file_has(names):

@@ -6,6 +6,7 @@ from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from exact_simulation import fly
 from scipy.stats import multivariate_normal
 
 from infotraj.cli import cli
-from infotraj.design.design import Design, Told, design, room_of
+from infotraj.design.design import Design, Told, _as_read, design, room_of
 from infotraj.design.expected import Limits, expected, limits
 from infotraj.design.inputs import commands, own_inputs, stand_in
 from infotraj.design.paths import Room, calmer, drawn, path, varied
@@ -27,6 +28,7 @@ from infotraj.diagnosis.diagnosis import diagnose
 from infotraj.diagnosis.judge.evidence import overdispersion
 from infotraj.diagnosis.judge.groups import AS_PROBABLE
 from infotraj.effects import effect_class
+from infotraj.effects.channels import from_velocity
 from infotraj.errors import InputError, UsageError
 from infotraj.flight import Flight, sha256
 from infotraj.models import Model
@@ -305,6 +307,17 @@ def test_the_rotor_that_was_found_is_the_one_whose_number_is_narrowed():
     assert made[0] == made[1]
     assert [t.words for t in made[0]] == ["rotor_effectiveness 3"]
     assert made[0][0].errors_after < made[0][0].errors_now
+
+
+def test_forces_of_the_next_flight_are_told_as_those_of_the_flown_ones():
+    flight = Flight(fly(yaml.safe_load((VEHICLES / "quadrotor.yaml").read_text()), {}, seconds=1.0, noise=NOISE))
+    found: Any = SimpleNamespace(by_velocity=False)
+    assert not from_velocity(_as_read(found, flight))
+    found.by_velocity = True
+    like = _as_read(found, flight)
+    motion = path(room(), drawn(room(), np.random.default_rng(0)))
+    assert from_velocity(expected(Model(QUADROTOR), motion, like))
+    assert not from_velocity(expected(Model(QUADROTOR), motion, flight))
 
 
 def test_what_strays_in_simulation_is_not_to_be_flown(monkeypatch):

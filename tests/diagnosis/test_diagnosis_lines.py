@@ -29,7 +29,7 @@ def diagnosis(told, written, instances=()):
     flight = SimpleNamespace(meta={"source": "f.parquet"})
     return SimpleNamespace(
         findings=(finding,), model=SimpleNamespace(effects=effects), supported=("linear_drag",), beside=(),
-        healthy=None, command_steps=1, judged=True, samples=[SimpleNamespace(flight=flight)],
+        healthy=None, command_steps=1, by_velocity=False, judged=True, samples=[SimpleNamespace(flight=flight)],
         before=SimpleNamespace(rows=np.ones(6)),
     )  # fmt: skip
 

@@ -55,5 +55,5 @@ def accepted_in(flights: Sequence[Flight]) -> list[dict[str, Any]]:
 
 
 def accepted_lines(entries: Iterable[dict[str, Any]]) -> list[str]:
-    """A line of text for each accepted finding."""
-    return [f"accepted {e['code']} in {e['path']}: {e['what']}" for e in entries]
+    """A line of text for each accepted finding, of one flight or of all."""
+    return [f"accepted {e['code']}{' in ' + e['path'] if 'path' in e else ''}: {e['what']}" for e in entries]

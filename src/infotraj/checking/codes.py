@@ -29,10 +29,11 @@ CHECKED = (
     "clock_varies_between_logs", "copy", "own_reference", "unreadable", "incomplete", "cannot_answer",
     "nothing_measured", "not_excited",
 )  # fmt: skip
-# Of `diagnose`: why it refuses axes, in the order of docs/diagnosis.md (response_before_command is check's too).
+# Of `diagnose`: why it refuses axes, and what it says without, in the order of docs/diagnosis.md
+# (response_before_command is check's too).
 REFUSED = (
     "hovers", "actuators_constant", "actuators_sparse", "commands_unrelated", "wrong_vehicle_file",
-    "axis_disagrees", "rotor_saturated", "impossible_inertia",
+    "axis_disagrees", "rotor_saturated", "impossible_inertia", "accelerometer_shaken",
 )  # fmt: skip
 CODES = CHECKED + REFUSED
 # Where nothing could be read, nothing drives the vehicle, or nothing lies between a flight and its reference, there is

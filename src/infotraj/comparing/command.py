@@ -75,12 +75,15 @@ def compare_command(
     verbose: bool,
 ) -> None:
     """Compare MODEL (a model or vehicle file) with what FLIGHTs measured: errors, bias, noise floor, rollouts."""
+    from infotraj.checking.acceptance import accepted_codes
     from infotraj.comparing import files, summary, thresholds
     from infotraj.comparing.comparison import Comparison, compare
     from infotraj.comparing.equation_error import WINDOW
     from infotraj.comparing.following import say_nothing_left, say_unmeasured
     from infotraj.comparing.outputs import try_outputs
     from infotraj.comparing.rollouts import parse_horizons
+    from infotraj.comparing.shaken import CODE, shaken
+    from infotraj.comparing.shaken import said as said_of
     from infotraj.comparing.unscored import unscored
     from infotraj.models import load_model
 
@@ -164,17 +167,24 @@ def compare_command(
         with waiting("recording"):
             record_comparison(recording, used[k], comparison.models[0].model, errors)
         say(quiet, f"{recording}: {comparison.paths[k]}")
-    files.say_unmet(reading.accept, let_in.codes)
+    felt = [shaken(models[str(model)], f, reading.start, reading.stop) for f in used] if force_from == "auto" else []
+    there = [(e, CODE in accepted_codes(f)) for e, f in zip(felt, used, strict=False) if e is not None]
+    files.say_unmet(reading.accept, [*let_in.codes, *(CODE for _, accepted in there if accepted)])
     said = thresholds.passed(comparison.models[0], limits)
     for sentence in said:
         click.echo(f"above the threshold: {sentence}", err=True)
     named = [f.meta["source"] for f in used]
-    if summary.at_floor(comparison.models[0].overall):
+    first = comparison.models[0]
+    worst = next((e for e, accepted in there if not accepted), None)
+    if worst is not None:
+        click.echo(f"{said_of(worst)}: --force-from velocity compares with that", err=True)
+    if summary.at_floor(first.overall) and worst is None:
         say_nothing_left(model, named)
-    elif not comparison.models[0].overall.rows.any():
+    elif not first.overall.rows.any():
         say_unmeasured(used, model, [f.meta["source"] for f in others.flights])
     else:
         options = again("locate", reference=[f.meta["source"] for f in others.flights])
+        options += " --force-from velocity" if worst is not None else ""
         say_next(f"infotraj locate {quoted(model, *named)}{options}")
     if said:
         sys.exit(THRESHOLD_PASSED)

@@ -19,7 +19,7 @@ from infotraj import rotations
 from infotraj.checking.airborne import airborne_rows
 from infotraj.comparing.floor import RED, colour, fast_part, white_noise
 from infotraj.comparing.window import Window
-from infotraj.effects.channels import is_derived
+from infotraj.effects.channels import from_velocity, is_derived
 from infotraj.flight import ATTITUDE, RATE, SPECIFIC_FORCE, VELOCITY, Flight
 from infotraj.models import Model, Prediction
 from infotraj.models.interpolation import interpolate
@@ -222,7 +222,7 @@ def _scored_rows(
 
 def _force_source(flight: Flight, asked: ForceFrom) -> str:
     has_velocity = flight.has(*VELOCITY) and flight.has(*ATTITUDE)
-    has_accelerometer = flight.has(*SPECIFIC_FORCE)
+    has_accelerometer = flight.has(*SPECIFIC_FORCE) and not (asked == "auto" and from_velocity(flight))
     if asked == "velocity":
         return "velocity" if has_velocity else "none"
     if has_accelerometer and (asked == "accelerometer" or not is_derived(flight, SPECIFIC_FORCE)):

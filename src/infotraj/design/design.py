@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from infotraj.comparing.shaken import told_by_velocity
 from infotraj.design.expected import Limits, expected, limits
 from infotraj.design.paths import Room, calmer, drawn, path, varied
 from infotraj.design.questions import Asked, determined, everything, open_questions, separated
@@ -124,6 +125,7 @@ def design(
         questions = [whole]
     model = found.search.observation.model(list(questions[0].first.members))
     bound = limits(model.vehicle, list(flown))
+    like = _as_read(found, flown[-1])
     rng, draws = np.random.default_rng([seed, 0]), np.random.default_rng([seed, 1])
 
     def value(grams: list[Gram]) -> float:
@@ -143,14 +145,14 @@ def design(
     for k in range(candidates):
         fresh = k < candidates // (_ROUNDS + 1) or not best
         genes = drawn(room, rng) if fresh else varied(best[k % len(best)].genes, _SPREAD, rng)
-        made = _within(model, genes, room, bound, flown[-1])
+        made = _within(model, genes, room, bound, like)
         worth = value(grams_of(made.flight)) if made is not None else -np.inf
         if made is not None and np.isfinite(worth):
             best = sorted([*best, replace(made, value=worth)], key=lambda x: -x.value)[:_KEPT]
         progress(k + 1, candidates)
     if not best:
         raise InputError(_no_motion())
-    chosen, sim, why = _flyable(model, best, room, bound, flown[-1])
+    chosen, sim, why = _flyable(model, best, room, bound, like)
     grams = grams_of(chosen.flight)
     again = [q.gram(_last(found)) for q in questions]
     if asked:
@@ -161,6 +163,11 @@ def design(
     else:
         told = tuple(_numbers(questions[0], grams[0], again[0], labels))
     return Design(chosen.reference, told, _rotor_inputs(chosen.flight), bound, room, sim, why, candidates)
+
+
+def _as_read(found: Diagnosis, flight: Flight) -> Flight:
+    """A flown flight as the diagnosis has read the flights: its forces from the velocity where theirs were."""
+    return told_by_velocity(flight) if found.by_velocity else flight
 
 
 def at_random(model: Model, flown: Sequence[Flight], room: Room, seed: int = 0) -> Reference:

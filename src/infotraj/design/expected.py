@@ -8,7 +8,9 @@ import numpy as np
 import pandas as pd
 
 from infotraj import rotations
+from infotraj.comparing.shaken import told_by_velocity
 from infotraj.design.inputs import commands
+from infotraj.effects.channels import from_velocity
 from infotraj.flight import ATTITUDE, COMMANDED_WRENCH, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
 from infotraj.models import Model
 from infotraj.rotations import Array
@@ -98,4 +100,5 @@ def _table(vehicle: Vehicle, reference: Reference, force: Array, wrench: Array, 
     columns.update({c: x for c, x in measured.items() if like.has(c) and c not in COMMANDED_WRENCH})
     columns["airborne"] = np.ones(len(reference.t))
     meta = {"source": "design", "derived": [c for c in sorted(derived) if c in columns]}
-    return Flight(pd.DataFrame(columns), meta)
+    made = Flight(pd.DataFrame(columns), meta)
+    return told_by_velocity(made) if from_velocity(like) else made

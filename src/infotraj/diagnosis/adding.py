@@ -14,6 +14,7 @@ from infotraj.comparing.statistics import Statistics
 from infotraj.comparing.summary import errors_by_axis
 from infotraj.diagnosis.diagnosis import held_members
 from infotraj.diagnosis.gates import refusal
+from infotraj.diagnosis.gates.accelerometer import unshaken
 from infotraj.diagnosis.gates.observing import observe
 from infotraj.diagnosis.judge.giving import given
 from infotraj.diagnosis.judge.numbers import fitted_numbers, number_in_words
@@ -43,7 +44,8 @@ class Added:
 
     ended: effects whose numbers stopped at a bound, and how; command_steps: that commands were taken to make
     from row to row, 1 where they were held; accepted: findings about the flights that the user overruled; beside:
-    labels of effects that nobody asked for and that correct the file, last in the model.
+    labels of effects that nobody asked for and that correct the file, last in the model; notes: what a reader must
+    know.
     """
 
     model: Model
@@ -55,6 +57,7 @@ class Added:
     command_steps: int = 1
     accepted: tuple[dict[str, Any], ...] = ()
     beside: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """JSON: effects with parameters and standard errors, what corrects the file apart; errors before and after."""
@@ -70,6 +73,7 @@ class Added:
             "commands": {"steps": self.command_steps},
             "at_bound": self.ended,
             "accepted": list(self.accepted),
+            "warnings": list(self.notes),
         }
 
     def as_text(self) -> str:
@@ -92,6 +96,7 @@ class Added:
         lines += worse_lines(self.before, self.after).values()
         if self.command_steps > 1:
             lines.append(f"commands: read as {self.command_steps} steps from row to row")
+        lines += [f"warning: {note}" for note in self.notes]
         return "\n".join([*lines, *accepted_lines(self.accepted)]) + "\n"
 
 
@@ -135,6 +140,7 @@ def add(
     inside = {c.label for c in (*chosen, *(m.candidate for m in held))}
     beside = [c for c in (*known, *file_only(vehicle, known, flights)) if is_file_number(c) and c.label not in inside]
     every = (*chosen, *beside)
+    flights, notes = unshaken(model, flights, start, stop)
     first = swung(as_commanded(observe(model, flights, start, stop), held, every), every)
     search = Search(first.observation, every, held)
     asked = [c.label for c in chosen]
@@ -160,8 +166,9 @@ def add(
         {x: f"{how}; something else is missing" for x, how in beyond_bounds(made.members, vehicle).items()}
         | below_file([m for m in made.members if m.candidate.label in asked], vehicle),
         max(command_steps(s.flight) for s in search.observation.samples),
-        tuple(accepted_in(flights)),
+        (*accepted_in(flights), *(d.as_dict() for d in notes if d.accepted)),
         tuple(corrects),
+        tuple(d.reason for d in notes if not d.accepted),
     )
 
 

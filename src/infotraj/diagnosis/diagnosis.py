@@ -14,6 +14,7 @@ from infotraj.checking.acceptance import accepted_in
 from infotraj.comparing.equation_error import AXES
 from infotraj.comparing.statistics import Statistics, statistics
 from infotraj.diagnosis.gates import agreement, premises, refusal
+from infotraj.diagnosis.gates.accelerometer import unshaken
 from infotraj.diagnosis.gates.doubt import Doubt, as_accepted, of_residual, once, refused_axes, with_mixed
 from infotraj.diagnosis.gates.impossible_body import impossible_body
 from infotraj.diagnosis.gates.level import as_level
@@ -42,6 +43,7 @@ from infotraj.diagnosis.select.search import Search
 from infotraj.diagnosis.select.swinging import swung
 from infotraj.dynamics.inputs import for_vehicle
 from infotraj.effects import Effect, catalogue
+from infotraj.effects.channels import from_velocity
 from infotraj.errors import InputError, problem
 from infotraj.flight import Flight, command_steps
 from infotraj.models import Model
@@ -108,6 +110,11 @@ class Diagnosis:
         return max(command_steps(s.flight) for s in self.samples)
 
     @property
+    def by_velocity(self) -> bool:
+        """Whether forces of any flight are told from its velocity, though it has an accelerometer."""
+        return any(from_velocity(s.flight) for s in self.samples)
+
+    @property
     def judged(self) -> bool:
         """Whether any axis of force or torque could be judged."""
         return len(self.refused) < len(AXES)
@@ -169,21 +176,26 @@ def diagnose(
     vehicle = model.vehicle
     flights = [for_vehicle(f, vehicle) for f in flights]
     healthy: Healthy | None = None
+    notes: tuple[Doubt, ...] = ()
     if isinstance(reference, Healthy):
         healthy = reference
-    elif reference:
-        step(1, _STEPS, "healthy flights")
-        parts(against(flights, reference))
-        with within(HEALTHY):
-            healthy = learn(model, reference, effects_from=effects_from, start=start, stop=stop)
-        reached("first columns")
+    else:
+        both = [*flights, *(for_vehicle(f, vehicle) for f in reference)]
+        every, notes = unshaken(model, both, start, stop, together=len(both) > len(flights))
+        flights, usual_flights = every[: len(flights)], every[len(flights) :]
+        if usual_flights:
+            step(1, _STEPS, "healthy flights")
+            parts(against(flights, usual_flights))
+            with within(HEALTHY):
+                healthy = learn(model, usual_flights, effects_from=effects_from, start=start, stop=stop)
+            reached("first columns")
     held = held_members(model, flights[0]) if healthy is None else ()
     seen = flights if healthy is None else [as_level(f) for f in flights]
     known, hidden = candidates(catalog, vehicle, seen)
     if healthy is not None:
         known, hidden = healthy.shown(known, hidden)
     search_on = partial(_searched, held=held, names=catalog, known=known, hidden=hidden)
-    doubts = premises.doubts(model, flights, start, stop)
+    doubts = (*notes, *premises.doubts(model, flights, start, stop))
     step(2, _STEPS, "searching")
     observation = replace(observe(model, seen, start, stop, _CLEAR if healthy is not None else 0.0), healthy=healthy)
     model = model if healthy is None else observation.model([])

@@ -18,6 +18,14 @@ def tilt_columns(vehicle: Vehicle, prefix: str = "cmd_tilt_") -> list[str]:
     return [f"{prefix}{i}" for i in range(len(vehicle.tilts))]
 
 
+FORCE_FROM = "force_from"  # key of a flight's metadata
+
+
+def from_velocity(flight: Flight) -> bool:
+    """Whether a flight is marked: its forces are told from its velocity, though an accelerometer was logged."""
+    return bool(flight.meta.get(FORCE_FROM) == "velocity")
+
+
 def is_derived(flight: Flight, columns: tuple[str, ...]) -> bool:
     """True where the flight's metadata says that one of these columns was derived, not measured."""
     derived = flight.meta.get("derived", ()) or ()

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from infotraj import rotation_matrices, rotations
 from infotraj.dynamics.inputs import for_vehicle
 from infotraj.effects.along import Actuation, Along, Motion, OriginPath
+from infotraj.effects.channels import from_velocity
 from infotraj.effects.laws import ActuatorLaw, AirLaw, ImuLaw
 from infotraj.flight import BEGAN, TURNED, Flight
 from infotraj.models.actuation import rotors_at, tilts_at
@@ -206,7 +207,8 @@ class Prepared:
 
     def origin_path(self, imu: ImuLaw) -> OriginPath | None:
         """The specific force of the body's origin in world axes, sample by sample; from the velocity where needed."""
-        return origin_path(self.vehicle, self.recorded, self.true_specific_force(imu), self.start)
+        force = None if from_velocity(self.flight) else self.true_specific_force(imu)
+        return origin_path(self.vehicle, self.recorded, force, self.start)
 
     def of_flight(self, imu: ImuLaw, key: Hashable, make: Callable[[OriginPath], T]) -> T:
         """What follows from the path of the whole flight, made once for this key and IMU."""

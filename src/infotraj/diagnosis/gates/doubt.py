@@ -39,7 +39,8 @@ class Doubt:
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON, beside the findings about the flights."""
-        return {"code": self.code, "severity": "refusal", "what": self.reason, "axes": list(self.axes)}
+        severity = "refusal" if self.refuses else "warning"
+        return {"code": self.code, "severity": severity, "what": self.reason, "axes": list(self.axes)}
 
 
 def as_accepted(doubts: Iterable[Doubt], flights: Sequence[Flight]) -> tuple[Doubt, ...]:

@@ -3,7 +3,8 @@
 force: measured minus predicted specific force. rate: change of the measured rate from sample to sample
 minus the integral of the predicted angular acceleration over the same time; its noise is the difference of two samples'
 noise, which `Lapped` undoes. velocity: the same of the velocity, in place of `force` where no accelerometer was
-measured. turn and push: recorded attitude and velocity against the IMU, which show what is wrong with the IMU alone.
+measured, or where that is shaken. turn and push: recorded attitude and velocity against the IMU, which show what is
+wrong with the IMU alone.
 
 A sensor sampled faster than 200 Hz is taken at that rate, forces as means over the rows between, rates as steps over
 them: both sides alike. Above it the filters inside sensors, which no model here has, take away what actuators do.
@@ -22,7 +23,7 @@ from numpy.typing import NDArray
 
 from infotraj import rotation_matrices, rotations
 from infotraj.checking.airborne import airborne_rows
-from infotraj.effects.channels import is_derived
+from infotraj.effects.channels import from_velocity, is_derived
 from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
 from infotraj.models import Model, Prediction
 from infotraj.models.prediction import Kinematics
@@ -161,13 +162,13 @@ def _sources(prepared: Prepared, prediction: Prediction) -> dict[str, tuple[bool
     def finite(*columns: str) -> NDArray:
         return np.asarray(np.isfinite(flight.get(*columns)).all(axis=1)) if flight.has(*columns) else none
 
-    measured_force = flight.has(*SPECIFIC_FORCE) and not is_derived(flight, SPECIFIC_FORCE)
+    felt = flight.has(*SPECIFIC_FORCE) and not is_derived(flight, SPECIFIC_FORCE)
     mass_reason = None if prepared.vehicle.mass is not None else "the vehicle file gives no mass"
     if any((*prepared.vehicle.center_of_mass, *prepared.vehicle.measured_at)):
         mass_reason = mass_reason or prediction.testable["fx"]
     place = VELOCITY if flight.has(*VELOCITY) else POSITION
     found: dict[str, tuple[bool, NDArray, str | None]] = {}
-    if measured_force:
+    if felt and not from_velocity(flight):
         found["force"] = (False, finite(*SPECIFIC_FORCE), mass_reason)
     else:
         why = mass_reason or (None if r.velocity is not None and r.attitude is not None else "no specific force")
@@ -178,7 +179,7 @@ def _sources(prepared: Prepared, prediction: Prediction) -> dict[str, tuple[bool
     k = prediction.kinematics
     if k.turn is not None:
         found["turn"] = (True, finite(*ATTITUDE), None)
-    if k.push is not None:
+    if k.push is not None and not from_velocity(flight):
         found["push"] = (True, finite(*place), None)
     return found
 

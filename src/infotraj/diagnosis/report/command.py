@@ -176,7 +176,7 @@ def add_command(
     from infotraj.comparing.outputs import try_outputs
     from infotraj.diagnosis.adding import add
     from infotraj.diagnosis.report.asking import usable
-    from infotraj.diagnosis.report.following import OTHERS
+    from infotraj.diagnosis.report.following import OTHERS, force_option
     from infotraj.diagnosis.report.saving import save_added
     from infotraj.models.file import read_model
 
@@ -195,9 +195,9 @@ def add_command(
         files.write_json(made.as_dict(), json_file)
     for label, how in made.ended.items():
         click.echo(f"{label}: {how}; {output} says so, too", err=True)
-    files.say_unmet(reading.accept, let_in.codes)
+    files.say_unmet(reading.accept, [*let_in.codes, *(a["code"] for a in made.accepted)])
     named = quoted(*(f.meta["source"] for f in used))
-    options = again("compare", command_steps=made.command_steps)
+    options = again("compare", command_steps=made.command_steps) + force_option(bool(made.notes))
     say_next(f"infotraj compare {quoted(output)} {named} --against {quoted(model)}{options}")
     click.echo(OTHERS, err=True)
 

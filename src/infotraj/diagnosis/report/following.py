@@ -64,7 +64,13 @@ def next_command(found: Diagnosis, model: Path, saved: Path | None) -> str:
         name, words = "diagnose", f"{given} {named} --save-model {unused('new.yaml')}"
     else:
         name, words = "compare", f"{quoted(saved)} {named} --against {given}"
-    return f"infotraj {name} {words}{again(name, command_steps=found.command_steps, reference=healthy_sources(found))}"
+    options = again(name, command_steps=found.command_steps, reference=healthy_sources(found))
+    return f"infotraj {name} {words}{options}{force_option(found.by_velocity and name != 'diagnose')}"
+
+
+def force_option(by_velocity: bool) -> str:
+    """What a comparison needs to tell forces from the velocity, too."""
+    return " --force-from velocity" if by_velocity else ""
 
 
 def recording_command(found: Diagnosis, model: Path, saved: Path | None) -> str:
@@ -76,6 +82,7 @@ def recording_command(found: Diagnosis, model: Path, saved: Path | None) -> str:
     else:
         name, words = "compare" if found.after is found.before else "diagnose", f"{given} {named}"
     options = again(name, command_steps=found.command_steps, reference=healthy_sources(found))
+    options += force_option(found.by_velocity and name != "diagnose")
     return f"infotraj {name} {words} --recording {unused('worst.rrd')}{options}"
 
 

@@ -31,7 +31,7 @@ def save_diagnosed(
     start, stop: s, the part of each flight that was fitted.
     """
     note = f"diagnose: {', '.join(found.supported)}" if found.supported else "diagnose: no effect supported"
-    note += _corrected(found.beside) + _read(found.command_steps)
+    note += _corrected(found.beside) + _read(found.command_steps, found.by_velocity)
     errors = found.errors_of or [e.standard_errors for e in content.effects]
     said = (found.accepted, found.at_bound)
     used = _references(flights, start, stop)
@@ -48,7 +48,7 @@ def save_added(
     stop: float | None = None,
 ) -> None:
     """The model with the effects that were asked for. start, stop: as in `save_diagnosed`."""
-    note = f"add: {', '.join(made.names)}{_corrected(made.beside)}{_read(made.command_steps)}"
+    note = f"add: {', '.join(made.names)}{_corrected(made.beside)}{_read(made.command_steps, bool(made.notes))}"
     said = (made.accepted, made.ended)
     used = _references(flights, start, stop)
     _save(made.model, path, parent, used, made.errors, made.before, made.after, note, *said)
@@ -59,8 +59,8 @@ def _corrected(beside: Sequence[str]) -> str:
     return f"; the file corrected by {', '.join(names)}" if beside else ""
 
 
-def _read(steps: int) -> str:
-    return f"; --command-steps {steps}" if steps > 1 else ""
+def _read(steps: int, by_velocity: bool) -> str:
+    return (f"; --command-steps {steps}" if steps > 1 else "") + ("; forces from the velocity" if by_velocity else "")
 
 
 def _references(flights: Sequence[Flight], start: float | None, stop: float | None) -> tuple[FileReference, ...]:

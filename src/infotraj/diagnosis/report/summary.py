@@ -81,7 +81,7 @@ def as_dict(found: Diagnosis) -> dict[str, Any]:
             }
             for i, axis in enumerate(AXES)
         },
-        "warnings": [d.reason for d in found.doubts if not d.refuses],
+        "warnings": [d.reason for d in found.doubts if not d.refuses and not d.accepted],
         "accepted": found.accepted,
         "at_bound": found.at_bound,
         "commands": {"every": number(_between_commands(found)), "steps": found.command_steps},
@@ -396,10 +396,10 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
     if found.command_steps > 1 or every > _RARE or any(sparse(s.flight, found.model.vehicle) for s in found.samples):
         lines.append(f"a delay below {500 * every:.3g} ms cannot be told from how commands ran between their rows")
     lines += [f"not judged: {axis} ({reason})" for axis, reason in found.refused.items()] if found.judged else []
-    lines += [f"warning: {d.reason}" for d in found.doubts if not d.refuses]
+    lines += [f"warning: {d.reason}" for d in found.doubts if not d.refuses and not d.accepted]
     lines += [f"at a bound: {label}: {how}" for label, how in found.at_bound.items()]
     lines += accepted_lines(accepted_in([s.flight for s in found.samples]))
-    lines += [f"accepted {d.code} ({', '.join(d.axes)}): {d.reason}" for d in found.doubts if d.accepted]
+    lines += [f"accepted {d.code} ({', '.join(d.axes) or d.about}): {d.reason}" for d in found.doubts if d.accepted]
     lines.append(sentence(found))
     return "\n".join(lines) + "\n"
 
