@@ -16,8 +16,9 @@ from infotraj.diagnosis.diagnosis import diagnose
 from infotraj.diagnosis.gates.accelerometer import unshaken
 from infotraj.diagnosis.measure.residual import flight_samples
 from infotraj.diagnosis.report.summary import as_dict, as_text
-from infotraj.effects.channels import from_velocity
+from infotraj.effects.channels import from_velocity, missing_channel
 from infotraj.effects.laws import ImuLaw
+from infotraj.errors import InputError
 from infotraj.flight import RATE, SPECIFIC_FORCE, VELOCITY, Flight
 from infotraj.models import Model
 from infotraj.vehicle import load_vehicle
@@ -136,6 +137,8 @@ def test_a_marked_flight_is_compared_by_its_velocity_unless_the_accelerometer_is
     assert equation_error(MODEL, flight).force_from == "velocity"
     assert equation_error(MODEL, flight, force_from="accelerometer").force_from == "accelerometer"
     assert equation_error(MODEL, vibrating[0]).force_from == "accelerometer"
+    assert missing_channel("accelerometer", MODEL.vehicle, vibrating[0]) is None
+    assert "accelerometer_shaken" in str(missing_channel("accelerometer", MODEL.vehicle, flight))
 
 
 def test_a_load_swings_by_the_path_and_not_by_a_shaken_accelerometer(vibrating):
@@ -175,6 +178,8 @@ def test_a_drag_that_vibration_hides_is_named_from_the_velocity(vibrating, tmp_p
     np.testing.assert_allclose(made.model.effects[0].values["d"][:2], 0.1, rtol=0.1)
     assert "warning: forces are told from the velocity" in made.as_text()
     assert made.as_dict()["warnings"] == list(made.notes) != []
+    with pytest.raises(InputError, match="vibration and little else"):
+        add(MODEL, ["accelerometer_bias"], vibrating)
 
 
 @pytest.mark.long

@@ -175,16 +175,16 @@ def compare_command(
         click.echo(f"above the threshold: {sentence}", err=True)
     named = [f.meta["source"] for f in used]
     first = comparison.models[0]
-    worst = next((e for e, accepted in there if not accepted), None)
-    if worst is not None:
-        click.echo(f"{said_of(worst)}: --force-from velocity compares with that", err=True)
-    if summary.at_floor(first.overall) and worst is None:
+    vibration = next((e for e, accepted in there if not accepted), None)
+    if vibration is not None:
+        click.echo(f"{said_of(vibration)}: --force-from velocity compares with that", err=True)
+    if summary.at_floor(first.overall) and vibration is None:
         say_nothing_left(model, named)
     elif not first.overall.rows.any():
         say_unmeasured(used, model, [f.meta["source"] for f in others.flights])
     else:
         options = again("locate", reference=[f.meta["source"] for f in others.flights])
-        options += " --force-from velocity" if worst is not None else ""
+        options += " --force-from velocity" if vibration is not None else ""
         say_next(f"infotraj locate {quoted(model, *named)}{options}")
     if said:
         sys.exit(THRESHOLD_PASSED)

@@ -121,6 +121,7 @@ def add(
         if name.split(":")[0] in OF_THE_FILE:
             what = f"{name} is a number of the vehicle file, which is corrected along"
             raise UsageError(problem(what, "an effect (`infotraj effects`)", "Drop it."))
+    flights, notes = unshaken(model, flights, start, stop)
     known, hidden = candidates(catalog, vehicle, flights)
     chosen = []
     for name in names:
@@ -140,7 +141,6 @@ def add(
     inside = {c.label for c in (*chosen, *(m.candidate for m in held))}
     beside = [c for c in (*known, *file_only(vehicle, known, flights)) if is_file_number(c) and c.label not in inside]
     every = (*chosen, *beside)
-    flights, notes = unshaken(model, flights, start, stop)
     first = swung(as_commanded(observe(model, flights, start, stop), held, every), every)
     search = Search(first.observation, every, held)
     asked = [c.label for c in chosen]

@@ -80,6 +80,8 @@ def missing_channel(need: str, vehicle: Vehicle, flight: Flight) -> str | None:
     if need == "accelerometer":
         if not flight.has(*SPECIFIC_FORCE):
             return "the flight has no measured specific force (ax, ay, az)"
+        if from_velocity(flight):
+            return "the accelerometer shows vibration and little else (accelerometer_shaken)"
         derived = is_derived(flight, SPECIFIC_FORCE)
         return "the specific force is derived from the velocity, not measured" if derived else None
     if need == "gyro or accelerometer":
