@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 
 from infotraj import rotation_matrices, rotations
 from infotraj.effects.along import OriginPath
@@ -47,14 +46,20 @@ def _constant_error(times: Array, turned: Array, force: Array, velocity: Samples
     if until.sum() < 3:
         return np.zeros(3)
     world = rotation_matrices.turned(turned, force) - np.array([0.0, 0.0, gravity])
-    gained = cumulative_trapezoid(world, times, axis=0, initial=0.0)
-    along = cumulative_trapezoid(turned.reshape(-1, 9), times, axis=0, initial=0.0)
+    gained = _integral(times, world)
+    along = _integral(times, turned.reshape(-1, 9))
     at = velocity.times[until]
     left = np.stack([np.interp(at, times, x) for x in gained.T], axis=1) - velocity.values[until]
     columns = np.stack([np.interp(at, times, x) for x in along.T], axis=1).reshape(-1, 3, 3)
     first = np.broadcast_to(-np.eye(3), columns.shape)
     found = np.linalg.lstsq(np.concatenate([columns, first], axis=2).reshape(-1, 6), left.ravel(), rcond=None)[0]
     return found[:3]
+
+
+def _integral(times: Array, values: Array) -> Array:
+    """Integral (m, c) of values (m, c) from the first sample to each, by trapezia."""
+    gained = 0.5 * (values[1:] + values[:-1]) * np.diff(times)[:, None]
+    return np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(gained, axis=0)])
 
 
 def _across_thrust(vehicle: Vehicle) -> Array | None:

@@ -12,7 +12,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
 from infotraj.importing.resample import gap_limit
 from infotraj.models.recorded import Samples
@@ -36,6 +35,8 @@ def fastest(t: Array, recorded: Array, by_imu: Array) -> float:
     runs = [x for x in _stretches(t, np.isfinite(both).all(axis=1)) if len(x) >= _FEWEST]
     if not runs:
         return np.inf
+    from scipy import signal  # late: it takes as long to import as all the rest
+
     step = float(np.median(np.diff(t)))
     width = int(min(max(_WINDOW / step, _FEWEST), *(len(x) for x in runs)))
     how = {"fs": 1.0 / step, "nperseg": width, "detrend": "linear", "axis": 0}
@@ -67,6 +68,8 @@ def quieted(samples: Samples, cut: float) -> Samples:
     share = 2.0 * samples.usual * cut
     if not share < _FAST:
         return samples
+    from scipy import signal  # late, as above
+
     low = signal.butter(4, share, output="sos")
     values = samples.values.copy()
     for r in _stretches(samples.times, np.ones(len(samples.times), dtype=bool)):

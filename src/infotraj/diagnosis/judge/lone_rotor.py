@@ -9,7 +9,7 @@ whatever the file.
 from __future__ import annotations
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from infotraj.diagnosis.judge.evidence import overdispersion
 from infotraj.diagnosis.judge.others import beside_others
@@ -19,7 +19,7 @@ from infotraj.rotations import Array
 LEVEL = 0.01  # of files whose rotors differ at random one in a hundred has a lone one
 _ROTOR = "rotor_effectiveness"
 _FEWEST = 4  # rotors: with fewer nothing says how much they differ
-_NORMAL = stats.norm.ppf((np.arange(2000) + 0.5) / 2000)  # a normal number's quantiles, to average over
+_NORMAL = special.ndtri((np.arange(2000) + 0.5) / 2000)  # a normal number's quantiles, to average over
 
 
 def lone_rotor(told: Fit) -> str | None:
@@ -48,5 +48,5 @@ def chance_of_each(x: Array, covariance: Array) -> Array:
     for i in range(n):
         spread = max(float(np.std(np.delete(x, i), ddof=1)) * np.sqrt(n / (n - 1)), 1e-300)
         unknown = error[i] * _NORMAL if error[i] > 0.0 else np.zeros(1)
-        out[i] = 2.0 * float(np.mean(stats.t.sf((abs(apart[i]) - unknown) / spread, n - 2)))
+        out[i] = 2.0 * float(np.mean(special.stdtr(n - 2, (unknown - abs(apart[i])) / spread)))
     return np.minimum(out, 1.0)

@@ -15,7 +15,7 @@ from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy import special
 
 from infotraj.diagnosis.linear.sums import Sums
 from infotraj.diagnosis.select.prior import SLAB
@@ -235,7 +235,7 @@ class Scorer:
         told, turned = np.linalg.eigh(way.T @ (gram[np.ix_(file, file)] - across @ along) @ way)
         pull = turned.T @ way.T @ (right[file] - right[columns] @ along)
         off = np.clip(pull / (1.0 + np.maximum(told, 0.0)), -_DAY, _DAY)
-        farthest = np.sqrt(chi2.isf(chi2.sf(_DAY**2, 1), max(int(np.sum(told > 1.0)), 1)))
+        farthest = np.sqrt(special.chdtri(max(int(np.sum(told > 1.0)), 1), special.chdtrc(1, _DAY**2)))
         off *= min(1.0, farthest / max(float(np.linalg.norm(off)), 1e-12))
         out = np.zeros(len(self.spike))
         out[file] = way @ turned @ off

@@ -11,7 +11,6 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
-from scipy.optimize import minimize_scalar
 
 from infotraj.diagnosis.linear.candidates import Candidate, Variant, places, read, variants, written
 from infotraj.diagnosis.linear.observation import Member
@@ -103,6 +102,8 @@ def _scanned(now: Linear, candidate: Candidate, shape: int) -> Variant | None:
     best = int(np.argmax(gains))
     if gains[best] <= 0:
         return None
+    from scipy.optimize import minimize_scalar  # late: few flights have a load to look for
+
     # A step of the grid off, a swing is out of phase before long, and what is found with it is not its own.
     near = (values[max(best - 1, 0)], values[min(best + 1, len(values) - 1)])
     refined = minimize_scalar(lambda v: -gain(v), bounds=near, method="bounded", options={"xatol": _EXACT * near[0]})
