@@ -211,16 +211,21 @@ def test_what_is_left_beside_a_number_at_its_bound_is_fitted_without_it():
     assert held - none == pytest.approx(log_density(left, slab) - log_density(r, np.eye(400)), abs=1e-5)
 
 
-def test_the_best_sets_are_right_and_others_may_stay_unscored():
-    s = RNG.standard_normal((400, 6))
-    r = s @ [1.0, -1.0, 0.5, 0.0, 0.0, 0.3] + RNG.standard_normal(400)
-    made = with_bounds(r, s, "abcdef", [0.0] * 6, [9.0] * 6)
-    sets = [(i, j) for i in range(6) for j in range(i)]
-    every, some = made.scores(sets), made.scores(sets, exact=2)
-    best = np.argsort(-every)[:2]
-    np.testing.assert_allclose(some[best], every[best])
-    assert set(np.argsort(-some)[:2]) == set(best)
-    assert (some <= every).all()
+def test_sets_of_all_widths_are_scored_at_once_with_what_is_held_at_a_bound():
+    """The second number is held at 0: a set with it is worth its price less, and by itself says nothing."""
+    s = RNG.standard_normal((60, 3))
+    r = s @ [1.0, -1.0, 0.5] + RNG.standard_normal(60)
+    made = with_bounds(r, s, "abc", [0.0] * 3, [9.0] * 3)
+    sets = {(): [], (0,): [0], (1,): None, (0, 1): [0], (2, 0): [0, 2], (0, 1, 2): [0, 2]}
+    found = made.scores(list(sets))
+    for score, (chosen, free) in zip(found, sets.items(), strict=True):
+        if free is None:
+            assert score == -np.inf
+            continue
+        covariance = np.eye(60) + SLAB**2 * s[:, free] @ s[:, free].T
+        price = sum(made.choices[i].price for i in chosen)
+        expected = log_density(r, covariance) - log_density(r, np.eye(60)) - price
+        assert score - found[0] == pytest.approx(expected, abs=1e-6)
 
 
 @pytest.mark.parametrize("folds", [4, 1])

@@ -11,23 +11,23 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import chain, combinations
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
 from infotraj.diagnosis.linear.sums import Sums
+from infotraj.diagnosis.select.bounded import bounded, densities
 from infotraj.diagnosis.select.prior import SLAB
 from infotraj.rotations import Array
 
 BEAM = 12
-_PASSES = 4
+_PASSES = 4  # as often at most numbers that go beyond a bound are held there
 _HEAVY = 1e12  # times its own weight: what is known of the numbers holds them where they are
 _HALVINGS = 20  # of the logarithm of that weight
 _OFF = 2.0  # standard deviations that a file number is off by at most
 _DAY = 3.0  # standard deviations by which flights of one day differ from what is known in any one way
-_SURE = 3.0  # standard errors within which a number may lie beyond a bound
 
 
 @dataclass(frozen=True)
@@ -99,34 +99,22 @@ class Scorer:
         covariance[k:, k:] = self.prior[np.ix_(file, file)]
         self.precision = _inverse(covariance)
         self.reduced = _reduced(self.parts[0], self.shared, self.precision)
+        products = np.ascontiguousarray(self.reduced.gram), np.ascontiguousarray(self.reduced.right)
+        self._numbers = (*products, self.slab.astype(float), self.low.astype(float), self.high.astype(float))
+        self._of_choice = [tuple(c.columns) for c in self.choices]
+        self._prices = [c.price for c in self.choices]
 
-    def scores(self, sets: Sequence[tuple[int, ...]], exact: int | None = None) -> Array:
+    def scores(self, sets: Sequence[tuple[int, ...]]) -> Array:
         """Score of each set, (n,), nats: log marginal likelihood less prices, up to a constant of the data.
 
-        Numbers that a fit drives beyond a bound are held there. exact: how many of the best sets must be right; the
-        others may keep the higher score that they would have without bounds, made -inf. All by default.
+        Numbers that a fit drives beyond a bound are held there; -inf where none is left free.
         """
-        out = np.full(len(sets), -np.inf)
         columns = [self._columns(s) for s in sets]
-        prices = np.array([sum(self.choices[i].price for i in s) for s in sets])
-        bounded: list[tuple[float, int, NDArray, Array, Array]] = []
-        for width in sorted({len(c) for c in columns}):
-            which = np.array([i for i, c in enumerate(columns) if len(c) == width])
-            index = np.array([columns[i] for i in which], dtype=int).reshape(len(which), width)
-            values, theta, error = self._solved(index)
-            found = values - prices[which]
-            beyond = (theta < self.low[index] - _SURE * error) | (theta > self.high[index] + _SURE * error)
-            outside = beyond.any(axis=1)
-            out[which[~outside]] = found[~outside]
-            bounded += [(float(found[k]), int(which[k]), index[k], theta[k], error[k]) for k in np.flatnonzero(outside)]
-        bounded.sort(key=lambda x: -x[0])
-        for value, i, index, theta, error in bounded:
-            if exact is not None and np.sum(out >= value) >= exact:
-                break
-            held = self._held(index, theta, error)
-            if held is not None:
-                out[i] = held - prices[i]
-        return out
+        starts = np.cumsum([0, *map(len, columns)])
+        index = np.fromiter(chain.from_iterable(columns), dtype=np.int64, count=int(starts[-1]))
+        prices = np.array([sum(self._prices[i] for i in s) for s in sets])
+        found = densities(*self._numbers, index, starts)
+        return self.reduced.known + found - prices
 
     def solution(self, chosen: tuple[int, ...]) -> Solution:
         """The numbers of one set, on all folds and without each; those beyond a bound stay at it, the file's too."""
@@ -274,7 +262,7 @@ class Scorer:
             sets = [s for s in sets if self.allowed(s)]
             if not sets:
                 break
-            found = self.scores(sets, beam)
+            found = self.scores(sets)
             order = np.argsort(-found)[:beam]
             kept = [(float(found[k]), sets[k]) for k in order]
             if kept[0][0] > best[0]:
@@ -293,7 +281,7 @@ class Scorer:
                     rest = tuple(i for i in now if i not in out)
                     sets += [rest, *((*rest, i) for i in open_to if i not in now)]
             sets = [s for s in sets if self.allowed(s)]
-            found = self.scores(sets, 1) if sets else np.zeros(0)
+            found = self.scores(sets) if sets else np.zeros(0)
             if not len(found) or found.max() <= value + 1e-9:
                 return tuple(sorted(now))
             value, now = float(found.max()), sets[int(np.argmax(found))]
@@ -334,68 +322,12 @@ class Scorer:
         return prior
 
     def _columns(self, chosen: Sequence[int]) -> tuple[int, ...]:
-        return tuple(c for i in chosen for c in self.choices[i].columns)
+        return tuple(chain.from_iterable(self._of_choice[i] for i in chosen))
 
-    def _solved(self, index: NDArray) -> tuple[Array, Array, Array]:
-        """Log density (n,), numbers and their errors (n, width) of sets of columns (n, width)."""
-        part = self.reduced
-        if index.shape[1] == 0:
-            return np.full(len(index), part.known), np.zeros(index.shape), np.zeros(index.shape)
-        slab = self.slab[index]
-        gram = part.gram[index[:, :, None], index[:, None, :]] + np.eye(index.shape[1]) / slab[:, :, None] ** 2
-        right = part.right[index]
-        theta = np.linalg.solve(gram, right[..., None])[..., 0]
-        size = np.linalg.slogdet(gram)[1] + 2 * np.log(slab).sum(axis=1)
-        error = np.sqrt(np.maximum(np.einsum("nii->ni", np.linalg.inv(gram)), 0.0))
-        return part.known + 0.5 * (np.sum(theta * right, axis=1) - size), theta, error
-
-    def _held(self, columns: NDArray, theta: Array, error: Array) -> float | None:
-        """Log density of one set whose numbers stop at their bounds; None where none is left free."""
-        bound = self._bound_values(columns, theta, error)
-        free = np.array([c for c in columns if c not in bound], dtype=int)
-        if not len(free):
-            return None
-        place = np.array(list(bound), dtype=int)
-        at = np.array([bound[c] for c in place])
-        part = self.reduced
-        right = part.right - part.gram[:, place] @ at
-        gram = part.gram[np.ix_(free, free)] + np.diag(1.0 / self.slab[free] ** 2)
-        found = np.linalg.solve(gram, right[free])
-        fixed = at @ part.right[place] - 0.5 * at @ part.gram[np.ix_(place, place)] @ at
-        size = np.linalg.slogdet(gram)[1] + 2 * np.log(self.slab[free]).sum()
-        return float(part.known + fixed + 0.5 * (found @ right[free] - size))
-
-    def _bound_values(
-        self, columns: NDArray, theta: Array | None = None, error: Array | None = None
-    ) -> dict[int, float]:
+    def _bound_values(self, columns: NDArray) -> dict[int, float]:
         """Columns whose numbers a fit drives beyond a bound, and the bound at which they are held."""
-        if not len(columns):
-            return {}
-        if theta is None or error is None:
-            _, one, two = self._solved(columns[None])
-            theta, error = one[0], two[0]
-        bound: dict[int, float] = {}
-        part = self.reduced
-        free = np.asarray(columns)
-        for _ in range(_PASSES):
-            low, high = self.low[free], self.high[free]
-            out = [
-                (int(c), lo if x < lo else hi)
-                for c, x, e, lo, hi in zip(free, theta, error, low, high, strict=True)
-                if x < lo - _SURE * e or x > hi + _SURE * e
-            ]
-            if not out:
-                break
-            bound |= dict(out)
-            free = np.array([c for c in columns if c not in bound], dtype=int)
-            if not len(free):
-                break
-            place = np.array(list(bound), dtype=int)
-            right = part.right[free] - part.gram[np.ix_(free, place)] @ [bound[c] for c in place]
-            gram = part.gram[np.ix_(free, free)] + np.diag(1.0 / self.slab[free] ** 2)
-            theta = np.linalg.solve(gram, right)
-            error = np.sqrt(np.maximum(np.diag(np.linalg.inv(gram)), 0.0))
-        return bound
+        held, at = bounded(*self._numbers, columns)
+        return {int(c): float(x) for c, x in zip(columns[held], at[held], strict=True)}
 
 
 @dataclass(frozen=True)
