@@ -203,10 +203,10 @@ class Model:
                 slope = sum((m[1] for m in momenta), np.zeros(3))
                 spin_up = self._spin_up(line, momentum, slope, inertia, imu.lag)
         elif rate is not None and (frame.center_of_mass.any() or frame.measured_at.any()):
-            angular = prepared.angular_acceleration(line.time, imu)
+            angular = prepared.angular_acceleration(segment, imu, law)
         turn, predicted = angular, ~prepared.turned
         if not predicted.all() and rate is not None and (frame.center_of_mass.any() or frame.measured_at.any()):
-            turn = np.where(predicted, angular, prepared.angular_acceleration(line.time, imu))
+            turn = np.where(predicted, angular, prepared.angular_acceleration(segment, imu, law))
         f = body.specific_force(frame, force, rate, turn) if frame.mass is not None else unknown
         loads = [e.load(along) for e in self._with("load")]
         if loads and frame.mass is not None:

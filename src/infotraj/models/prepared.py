@@ -198,12 +198,18 @@ class Prepared:
         force = self.measured("force", imu)
         return force if force is None or force.derived else Samples(force.times, imu.true(force.values, imu.force_bias))
 
-    def angular_acceleration(self, time: Array, imu: ImuLaw) -> Array:
-        """Recorded angular acceleration (N, 3), rad/s^2, by central differences of the rates, which the flight has."""
-        rate = self.measured("rate", imu)
-        assert rate is not None
-        found = interpolate(rate.times, rate.slopes, time)
-        return found if rate.derived else imu.true(found, np.zeros(3))
+    def angular_acceleration(self, segment: Segment, imu: ImuLaw, law: ActuatorLaw) -> Array:
+        """Recorded angular acceleration (N, 3), rad/s^2, at the segment's instants, by central differences of the
+        rates, which the flight has."""
+
+        def made() -> Array:
+            rate = self.measured("rate", imu)
+            assert rate is not None
+            found = interpolate(rate.times, rate.slopes, segment.line.time, rate.usual)
+            return found if rate.derived else imu.true(found, np.zeros(3))
+
+        key = (imu.of_rates, law.clocks)
+        return self.kept_of_segments.get(f"angular acceleration {segment.start}", key, made)
 
     def origin_path(self, imu: ImuLaw) -> OriginPath | None:
         """The specific force of the body's origin in world axes, sample by sample; from the velocity where needed."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numba import njit
@@ -53,11 +54,19 @@ def timeline(rows: Array, jumps: Array, lag: float = 0.0, coarse: bool = False) 
     lag (s): time constant of the sensors' filter; coarse: one point on every stretch, its middle: for how a prediction
     changes, which need not be as exact as what it says.
     """
-    places, weights = np.polynomial.legendre.leggauss(1 if coarse else 4 if lag > 0.0 else 2)
-    places = (1.0 + places) / 2
-    basis = np.linalg.inv(np.vander(places, increasing=True)).T.copy()
+    places, weights, basis = _nodes(1 if coarse else 4 if lag > 0.0 else 2)
     given = np.ascontiguousarray(rows, dtype=float), np.ascontiguousarray(jumps, dtype=float)
-    return Timeline(*_timeline(*given, places, weights / 2, lag, basis))
+    return Timeline(*_timeline(*given, places, weights, lag, basis))
+
+
+@cache
+def _nodes(count: int) -> tuple[Array, Array, Array]:
+    """Places and weights (count,) of Gauss' formula on 0..1, and coefficients (count, count) of each node's Lagrange
+    polynomial, constant first."""
+    places, weights = np.polynomial.legendre.leggauss(count)
+    places = (1.0 + places) / 2
+    basis = np.linalg.inv(np.vander(places, increasing=True)).T
+    return places, weights / 2, np.ascontiguousarray(basis, dtype=float)
 
 
 @njit(cache=True)

@@ -104,7 +104,9 @@ class Search:
         reached("searching anew", 1, 2 + _ROUNDS)
         kept = replace(self._at(made, made.labels, fresh), exact=True)
         # What the linear model promises of another set is not yet what the model makes of it.
-        tried = (self._settled(f, f.labels, _ROUNDS, True) for f in (kept, self._searched(kept)))
+        other = self._searched(kept)
+        same = (other.chosen, other.scales) == (kept.chosen, kept.scales)
+        tried = [self._settled(f, f.labels, _ROUNDS, True) for f in ((kept,) if same else (kept, other))]
         return self._from(max(tried, key=lambda f: f.worth))
 
     def _within(self, made: Fit) -> Fit:
