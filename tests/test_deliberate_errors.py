@@ -31,6 +31,7 @@ def test_an_error_that_does_not_apply_is_said(tmp_path):
         made.changed({"path": "a.py", "before": "x = 1", "after": "x = 2"}, tmp_path)
 
 
+@pytest.mark.long
 def test_a_seed_draws_the_same_errors_on_different_lines_and_each_is_python_still():
     drawn = drawn_errors.draw(PACKAGE, 60, seed=5)
     assert drawn == drawn_errors.draw(PACKAGE, 60, seed=5) != drawn_errors.draw(PACKAGE, 60, seed=6)

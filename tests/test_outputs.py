@@ -157,7 +157,11 @@ def test_a_folder_that_is_closed_is_named(folder):
     ("words", "writer"),
     [
         (("diagnose", "{flight}", "--json", "new/a.json"), "infotraj.comparing.files.write_json"),
-        (("diagnose", "{flight}", "--save-model", "new/m.yaml"), "infotraj.diagnosis.report.saving.save_model"),
+        pytest.param(
+            ("diagnose", "{flight}", "--save-model", "new/m.yaml"),
+            "infotraj.diagnosis.report.saving.save_model",
+            marks=pytest.mark.long,
+        ),
         (("compare", "{flight}", "--json", "new/a.json"), "infotraj.comparing.files.write_json"),
         (("locate", "{flight}", "--json", "new/a.json"), "infotraj.comparing.files.write_json"),
         (

@@ -170,6 +170,7 @@ def test_it_fits_the_width_it_is_given(chromium, quad_report, width):
     page.context.close()
 
 
+@pytest.mark.long
 def test_it_fits_a_phone_with_long_names_of_files(chromium, content, tmp_path):
     """A file name without a blank is wider than the screen: it is broken where it stands in a sentence."""
     name = f"/data/{'_'.join(['healthy', 'flight', 'of', 'november'] * 4)}.parquet"
@@ -186,6 +187,7 @@ def test_it_fits_a_phone_with_long_names_of_files(chromium, content, tmp_path):
     page.context.close()
 
 
+@pytest.mark.long
 def test_in_the_dark_page_and_lines_change_and_paper_stays_white(chromium, quad_report):
     page = Opened(chromium, quad_report / "report.html", color_scheme="dark")
     color = "getComputedStyle(document.body).backgroundColor"
@@ -213,6 +215,7 @@ def test_in_the_dark_page_and_lines_change_and_paper_stays_white(chromium, quad_
     page.context.close()
 
 
+@pytest.mark.long
 def test_from_a_narrow_window_two_figures_share_the_width_of_a_sheet_and_no_table_begins_with_its_head_alone(
     chromium, quad_report
 ):

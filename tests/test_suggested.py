@@ -66,8 +66,10 @@ def after(option, words):
     [
         (("compare",), (*READ, *SEED, "--window", "0.2", "--force-from", "velocity"), "locate"),
         (("locate",), (*READ, *SEED), "diagnose"),
-        (("diagnose",), (*READ, *SEED, "--matters", "0.1", "--seconds", "20"), "diagnose"),
-        (("diagnose", "--save-model", "mine.yaml"), (*READ, *SEED), "compare"),
+        pytest.param(
+            ("diagnose",), (*READ, *SEED, "--matters", "0.1", "--seconds", "20"), "diagnose", marks=pytest.mark.long
+        ),
+        pytest.param(("diagnose", "--save-model", "mine.yaml"), (*READ, *SEED), "compare", marks=pytest.mark.long),
     ],
 )
 def test_how_flights_were_read_is_handed_on_and_names_are_quoted(words, options, following, names):
@@ -128,7 +130,10 @@ def test_an_option_that_the_next_command_has_not_is_left_out(names):
     assert not {"--window", "--force-from", "--least-excess", "--seed", "--from"} & set(said)
 
 
-@pytest.mark.parametrize(("command", "following"), [("compare", "locate"), ("locate", "diagnose")])
+@pytest.mark.parametrize(
+    ("command", "following"),
+    [("compare", "locate"), pytest.param("locate", "diagnose", marks=pytest.mark.long)],
+)
 def test_a_reference_is_handed_on_with_quotes(command, following, names):
     said = told(command, *names, "--reference", f"{ODD}/b.parquet", "--from", "1")
     assert said[0] == following
@@ -152,6 +157,7 @@ def test_after_a_diagnosis_the_healthy_flights_that_were_used_are_handed_on():
     assert "--reference" not in next_command(found, Path("m.yaml"), None)
 
 
+@pytest.mark.long
 def test_a_recording_is_of_the_new_model_and_of_the_one_that_it_is_held_against(names):
     """The first is written to a file, or in the answer alone; where nothing is new the model as given is recorded."""
     found = SimpleNamespace(
@@ -180,6 +186,7 @@ def test_a_recording_is_of_the_new_model_and_of_the_one_that_it_is_held_against(
     assert "--force-from" not in next_command(found, model, None)
 
 
+@pytest.mark.long
 def test_a_new_model_has_a_name_that_no_file_has(names):
     Path("new.yaml").write_text(QUADROTOR.read_text())
     said = told("diagnose", "new.yaml", names[1])

@@ -150,6 +150,7 @@ def test_a_log_that_is_not_recognised_is_given_a_mapping_mended_and_asked(server
     assert read_flight(server.folder / "board-fixed.parquet").table["wx"].abs().max() < 10.0
 
 
+@pytest.mark.long
 def test_a_log_is_offered_mappings_that_read_its_kind(server, chromium):
     from playwright.sync_api import expect
 

@@ -4,11 +4,13 @@ import re
 import shutil
 from pathlib import Path
 
+import pytest
 from app_server import filled
 
 QUAD = Path(__file__).parents[2] / "examples/quad"
 
 
+@pytest.mark.long
 def test_a_reload_ends_nothing_and_cancel_ends_all(server, chromium):
     from playwright.sync_api import expect
 

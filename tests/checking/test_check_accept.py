@@ -149,6 +149,7 @@ def test_a_flight_s_metadata_may_accept_too(table, tmp_path):
     assert "accept 'rate_unit' in the metadata; expected a list of codes" in str(done.exception)
 
 
+@pytest.mark.long
 def test_all_commands_reject_the_same_flight_with_the_same_line(table, other, tmp_path):
     bad, good = written(tmp_path / "bad.parquet", in_degrees(table)), written(tmp_path / "good.parquet", other)
     calls = {

@@ -175,12 +175,12 @@ def test_from_and_to(tmp_path):
     ("name", "outcome", "reason"),
     [
         ("B2_circle_fast_rep1", "passed", None),
-        ("B2_circle_medium_rep1", "passed", None),
-        ("B6_linear_ramp_rep2", "passed", None),
+        pytest.param("B2_circle_medium_rep1", "passed", None, marks=pytest.mark.long),
+        pytest.param("B6_linear_ramp_rep2", "passed", None, marks=pytest.mark.long),
         ("B6_linear_ramp_rep1", "passed with a warning", "low_flight"),
         ("B7_oval_slow_rep1", "rejected", "no_flight"),
         ("B2_circle_medium_rep3", "cut", "31.28"),
-        ("B9_trefoil_fast_rep5", "cut", "19.20"),
+        pytest.param("B9_trefoil_fast_rep5", "cut", "19.20", marks=pytest.mark.long),
     ],
 )
 def test_nanobench_files_come_out_for_their_reasons(name, outcome, reason):

@@ -127,6 +127,7 @@ def test_all_instances_of_an_effect_are_written_and_no_key_where_it_has_one():
     assert "instances" not in _effect(replace(weak, instances=(), instance_errors=()), None)
 
 
+@pytest.mark.long
 def test_the_part_that_was_fitted_is_recorded_and_shown(paths, tmp_path):
     new, more, numbers = tmp_path / "new.yaml", tmp_path / "more.yaml", tmp_path / "h.json"
     assert run("add", QUADROTOR, "linear_drag", "--fit", *paths, "-o", new, "--from", 1, "--to", 6.5).exit_code == 0

@@ -215,6 +215,7 @@ def test_errors_stand_beside_those_of_healthy_flights(tmp_path):
     assert abs(content["bias"]["fz"]) > 10 * max(map(abs, healthy))
 
 
+@pytest.mark.long
 def test_a_page_is_made_of_logs_that_tell_a_balance_alone(tmp_path):
     """The healthy flights are taken as level there as well: their model has a steady force, which needs an attitude."""
     lost = ["qw", "qx", "qy", "qz", "wx", "wy", "wz", "ax", "ay", "az"]
@@ -227,6 +228,7 @@ def test_a_page_is_made_of_logs_that_tell_a_balance_alone(tmp_path):
     assert "no attitude: the vehicle is taken as level" in (tmp_path / "page.html").read_text()
 
 
+@pytest.mark.long
 def test_a_recording_holds_both_models_beside_healthy_flights(tmp_path):
     paths, weaker = [], tmp_path / "weaker.yaml"
     for k, f in enumerate([*flights("{}", (0, 1)), *flights(json.dumps(WEAK), (10, 11))]):

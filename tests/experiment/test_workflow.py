@@ -163,10 +163,12 @@ def test_a_case_of_real_flights_is_skipped_where_its_own_logs_are_not(project, t
     ("content", "says"),
     [
         ("seds: 3\n", "seds: unknown key"),
-        ("selection: {drws: 3}\n", "selection.drws: unknown key"),
-        ("plants: [omav_z]\n", "plants: omav_z is not in config/plants"),
+        pytest.param("selection: {drws: 3}\n", "selection.drws: unknown key", marks=pytest.mark.long),
+        pytest.param("plants: [omav_z]\n", "plants: omav_z is not in config/plants", marks=pytest.mark.long),
         ("hidden_effects: {study: nope.yaml}\n", "nope.yaml: cannot be read"),
-        ("hidden_effects: {only: [nothing_like_it]}\n", "no case matches nothing_like_it"),
+        pytest.param(
+            "hidden_effects: {only: [nothing_like_it]}\n", "no case matches nothing_like_it", marks=pytest.mark.long
+        ),
     ],
 )
 def test_a_wrong_configuration_is_refused_in_one_line(project, content, says):
@@ -180,6 +182,7 @@ def test_a_wrong_configuration_is_refused_in_one_line(project, content, says):
     assert not (project / "results").exists()
 
 
+@pytest.mark.long
 def test_the_page_over_all_results_shows_what_is_there_and_makes_none_of_it(project):
     for name, text in (("table_1.md", "| made | by hand |\n|---|---|\n| 7 | 8 |\n"), ("recordings/x/a.rrd", "")):
         (project / "results" / name).parent.mkdir(parents=True, exist_ok=True)
@@ -297,6 +300,7 @@ def own_vehicle(project: Path, target: str, more: str = "") -> list[str]:
     return waiting
 
 
+@pytest.mark.long
 def test_a_flight_is_asked_for_when_its_model_is_there_and_only_by_the_run_that_says_so(project):
     stale = project / "results/logs/own/seed0/receive/informative_1.log"
     stale.parent.mkdir(parents=True)

@@ -70,6 +70,7 @@ def test_of_the_healthy_flights_nothing_is_named(tmp_path):
     assert not verdict["unexplained"]
 
 
+@pytest.mark.long
 def test_the_log_of_the_board_becomes_the_flight_that_it_was_made_from(tmp_path):
     """Only its rates need mending: the mapping leaves their unit out, as the tutorial says."""
     out = tmp_path / "f.parquet"

@@ -28,6 +28,7 @@ def test_the_true_parameters_explain_the_plant(vehicle, effect, values):
     assert true < floor(vehicle) + LOOSE.get(key, 0.02)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("vehicle", "effect", "values", "beside"), [(v, *case) for v, cases in BESIDE.items() for case in cases],
     ids=lambda v: v if isinstance(v, str) else v[0] if isinstance(v, tuple) else "",
