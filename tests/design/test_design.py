@@ -203,7 +203,6 @@ def test_odds_that_would_pass_count_only_where_the_diagnosis_says_which():
     assert unsure.question.odds == 0.0
 
 
-@pytest.mark.long
 def test_fits_that_lose_by_settling_are_compared_in_one_linearisation(monkeypatch):
     found, _ = flown()
     own = type(found.search).fitted

@@ -102,7 +102,6 @@ def test_motion_that_is_late_beside_measured_rotors_is_named():
     assert found.finding("time_offset").parameters["dt"] == pytest.approx(0.01, abs=5e-4)
 
 
-@pytest.mark.long
 def test_rotors_whose_telemetry_is_late_are_named_beside_drag():
     # Without a name for it a flight of 10 ms late rotors had gyroscopic and axial_inflow Supported.
     drag = {"rotor_drag": {"k": 5e-5}}

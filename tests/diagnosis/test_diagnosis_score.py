@@ -228,6 +228,27 @@ def test_sets_of_all_widths_are_scored_at_once_with_what_is_held_at_a_bound():
         assert score - found[0] == pytest.approx(expected, abs=1e-6)
 
 
+def test_a_number_at_its_bound_may_make_a_set_more_probable_than_it_is_without_bounds():
+    """A number that the data tell well costs more nats, being free, than a bound near it."""
+    s = np.diag(np.sqrt([1e8, 10.0, 10.0, 10.0]))
+    r = np.array([1.0004e8, 12.0, 0.0, 0.0]) / np.diag(s)
+    held, free = (with_bounds(r, s, "abcd", [-9.0] * 4, [x, 9.0, 9.0, 9.0]) for x in (1.0, 9.0))
+    more = held.scores([(0, 1)])[0] - free.scores([(0, 1)])[0]
+    # Held, it leaves more to noise, and spares the nats of a number that is not known beforehand.
+    fall = 0.5 * (1.0004e8**2 / (1e8 + SLAB**-2.0)) - (1.0004e8 - 0.5e8)
+    assert more == pytest.approx(0.5 * np.log(1e8 * SLAB**2 + 1.0) - fall, abs=1e-6)
+    assert held.search(2, range(4), exhaustive=1, beam=1).chosen == (0, 1)
+
+
+def test_columns_that_are_the_same_to_the_last_digit_make_no_set():
+    s = np.full((4, 2), 0.5e9)
+    made = scorer(s[:, 0] + [1.0, -1.0, 2.0, 0.5], s, "ab")
+    both, one = made.scores([(0, 1), (0,)])
+    assert both == -np.inf
+    assert np.isfinite(one)
+    assert len(made.search(2, range(2)).chosen) == 1
+
+
 @pytest.mark.parametrize("folds", [4, 1])
 def test_what_flights_differ_by_counts_where_there_are_several(folds):
     s = RNG.standard_normal((80, 1))

@@ -26,7 +26,6 @@ def test_the_scales_are_the_standard_s():
     assert short[2] == pytest.approx(6.0)
 
 
-@pytest.mark.long
 def test_gusts_are_as_large_and_as_long_as_they_should_be():
     sigma, length = scales(WIND)
     rng = np.random.default_rng(2)

@@ -28,9 +28,12 @@ def test_the_true_parameters_explain_the_plant(vehicle, effect, values):
     assert true < floor(vehicle) + LOOSE.get(key, 0.02)
 
 
-@pytest.mark.long
+TOGETHER = [(v, *case) for v, cases in BESIDE.items() for case in cases]
+
+
 @pytest.mark.parametrize(
-    ("vehicle", "effect", "values", "beside"), [(v, *case) for v, cases in BESIDE.items() for case in cases],
+    ("vehicle", "effect", "values", "beside"),
+    [*TOGETHER[:2], *(pytest.param(*case, marks=pytest.mark.long) for case in TOGETHER[2:])],
     ids=lambda v: v if isinstance(v, str) else v[0] if isinstance(v, tuple) else "",
 )  # fmt: skip
 def test_what_acts_beside_another_explains_the_plant_beside_it(vehicle, effect, values, beside):

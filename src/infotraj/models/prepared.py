@@ -208,7 +208,7 @@ class Prepared:
             found = interpolate(rate.times, rate.slopes, segment.line.time, rate.usual)
             return found if rate.derived else imu.true(found, np.zeros(3))
 
-        key = (imu.of_rates, law.clocks)
+        key = (imu.delay, imu.lag, imu.rotation.tobytes(), law.clocks)
         return self.kept_of_segments.get(f"angular acceleration {segment.start}", key, made)
 
     def origin_path(self, imu: ImuLaw) -> OriginPath | None:

@@ -62,7 +62,7 @@ def timeline(rows: Array, jumps: Array, lag: float = 0.0, coarse: bool = False) 
 @cache
 def _nodes(count: int) -> tuple[Array, Array, Array]:
     """Places and weights (count,) of Gauss' formula on 0..1, and coefficients (count, count) of each node's Lagrange
-    polynomial, constant first."""
+    polynomial, constant first; not to be written to."""
     places, weights = np.polynomial.legendre.leggauss(count)
     places = (1.0 + places) / 2
     basis = np.linalg.inv(np.vander(places, increasing=True)).T

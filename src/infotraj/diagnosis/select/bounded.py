@@ -8,16 +8,17 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-_PASSES = 4
+PASSES = 4  # rounds of holding numbers at the bounds that they go beyond
 _SURE = 3.0  # standard errors within which a number may lie beyond a bound
 
 
 @njit(cache=True, error_model="numpy")
 def densities(gram, right, slab, low, high, columns, starts):
-    """Log density (n,) of sets of columns, up to that of none; -inf where no number of a set is left free.
+    """Log density (n,) of sets of columns, relative to the set without any.
 
     gram (p, p), right (p,): products of all columns; slab, low, high (p,): deviation and bounds of each number; set k
-    has the columns `columns[starts[k]:starts[k + 1]]`.
+    has the columns `columns[starts[k]:starts[k + 1]]` (whole numbers). -inf where no number of a set is left free, and
+    where its columns cannot be told apart.
     """
     out = np.empty(len(starts) - 1)
     for k in range(len(out)):
@@ -26,8 +27,8 @@ def densities(gram, right, slab, low, high, columns, starts):
             out[k] = 0.0
             continue
         held, at = bounded(gram, right, slab, low, high, own)
+        out[k] = -np.inf
         if held.all():
-            out[k] = -np.inf
             continue
         fixed = 0.0
         for i in range(len(own)):
@@ -36,17 +37,19 @@ def densities(gram, right, slab, low, high, columns, starts):
                 for j in range(len(own)):
                     if held[j]:
                         fixed -= 0.5 * at[i] * gram[own[i], own[j]] * at[j]
-        theta, _, size, pull = _free(gram, right, slab, own, held, at)
-        out[k] = fixed + 0.5 * (np.sum(theta * pull) - size)
+        theta, _, size, pull = _free(gram, right, slab, own, held, at, False)
+        value = fixed + 0.5 * (np.sum(theta * pull) - size)
+        if np.isfinite(value):
+            out[k] = value
     return out
 
 
 @njit(cache=True, error_model="numpy")
 def bounded(gram, right, slab, low, high, own):
-    """Whether each number of the columns `own` (q,) is held at a bound, (q,) bool, and at which, (q,)."""
+    """Whether each number of the columns `own` (q,) is held at a bound, (q,) bool, and at which, (q,), else 0."""
     held, at = np.zeros(len(own), dtype=np.bool_), np.zeros(len(own))
-    for _ in range(_PASSES):
-        theta, error, _, _ = _free(gram, right, slab, own, held, at)
+    for _ in range(PASSES):
+        theta, error, _, _ = _free(gram, right, slab, own, held, at, True)
         more, place = False, 0
         was = held.copy()
         for i in range(len(own)):
@@ -62,11 +65,11 @@ def bounded(gram, right, slab, low, high, own):
 
 
 @njit(cache=True, error_model="numpy")
-def _free(gram, right, slab, own, held, at):
+def _free(gram, right, slab, own, held, at, errors):
     """The numbers (f,) that are not held, their errors (f,), the size of their system (log), and its right side (f,).
 
-    By Cholesky's method without roots, scaled to a diagonal of ones: of a system that is singular but for rounding it
-    takes no root.
+    errors: whether they are asked for; 0 else. By Cholesky's method without roots, scaled to a diagonal of ones: of a
+    system that is singular but for rounding it takes no root. NaN or infinite where a pivot is 0.
     """
     count = 0
     for i in range(len(own)):
@@ -101,7 +104,7 @@ def _free(gram, right, slab, own, held, at):
         size += np.log(abs(pivot[i]))
     theta, error = np.empty(count), np.zeros(count)
     column = np.empty(count)
-    for n in range(count + 1):  # the right side, then each column of the inverse
+    for n in range(count + 1 if errors else 1):  # the right side, then each column of the inverse
         for i in range(count):
             column[i] = pull[i] * scale[i] if n == 0 else 1.0 if i == n - 1 else 0.0
             for k in range(i):

@@ -18,12 +18,11 @@ from numpy.typing import NDArray
 from scipy import special
 
 from infotraj.diagnosis.linear.sums import Sums
-from infotraj.diagnosis.select.bounded import bounded, densities
+from infotraj.diagnosis.select.bounded import PASSES, bounded, densities
 from infotraj.diagnosis.select.prior import SLAB
 from infotraj.rotations import Array
 
 BEAM = 12
-_PASSES = 4  # as often at most numbers that go beyond a bound are held there
 _HEAVY = 1e12  # times its own weight: what is known of the numbers holds them where they are
 _HALVINGS = 20  # of the logarithm of that weight
 _OFF = 2.0  # standard deviations that a file number is off by at most
@@ -107,7 +106,7 @@ class Scorer:
     def scores(self, sets: Sequence[tuple[int, ...]]) -> Array:
         """Score of each set, (n,), nats: log marginal likelihood less prices, up to a constant of the data.
 
-        Numbers that a fit drives beyond a bound are held there; -inf where none is left free.
+        Numbers that a fit drives beyond a bound are held there; -inf where none is left free, or columns are the same.
         """
         columns = [self._columns(s) for s in sets]
         starts = np.cumsum([0, *map(len, columns)])
@@ -129,7 +128,7 @@ class Scorer:
         low[columns] = self.low[columns]
         free = np.diag(prior) > 0
         theta = np.zeros(len(b))
-        for _ in range(_PASSES):
+        for _ in range(PASSES):
             precision = _inverse(prior[np.ix_(free, free)])
             theta[free] = 0.0
             theta[free] = _solve(gram[np.ix_(free, free)] + precision, (b - gram @ theta)[free])
@@ -161,7 +160,7 @@ class Scorer:
             most = np.where(file, np.maximum(_OFF * self.spike, np.abs(near[k] - self.given)), np.inf)
             held = dict(bound)
             theta = np.zeros(len(b))
-            for _ in range(_PASSES):
+            for _ in range(PASSES):
                 free = np.array([c for c in np.flatnonzero(variance > 0) if c not in held], dtype=int)
                 theta[:] = 0.0
                 theta[list(held)] = list(held.values())
@@ -326,7 +325,7 @@ class Scorer:
 
     def _bound_values(self, columns: NDArray) -> dict[int, float]:
         """Columns whose numbers a fit drives beyond a bound, and the bound at which they are held."""
-        held, at = bounded(*self._numbers, columns)
+        held, at = bounded(*self._numbers, np.ascontiguousarray(columns, dtype=np.int64))
         return {int(c): float(x) for c, x in zip(columns[held], at[held], strict=True)}
 
 

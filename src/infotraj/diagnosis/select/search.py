@@ -105,7 +105,7 @@ class Search:
         kept = replace(self._at(made, made.labels, fresh), exact=True)
         # What the linear model promises of another set is not yet what the model makes of it.
         other = self._searched(kept)
-        same = (other.chosen, other.scales) == (kept.chosen, kept.scales)
+        same = set(other.chosen) == set(kept.chosen) and other.scales == kept.scales
         tried = [self._settled(f, f.labels, _ROUNDS, True) for f in ((kept,) if same else (kept, other))]
         return self._from(max(tried, key=lambda f: f.worth))
 
