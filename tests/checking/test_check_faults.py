@@ -210,7 +210,6 @@ def test_half_a_channel_is_a_warning_in_a_table_and_in_its_file(tmp_path, lost, 
     assert found(half, "incomplete").severity == "warning"
 
 
-@pytest.mark.long
 def test_a_flight_with_fewer_inputs_than_the_vehicle_is_most_likely_of_another_one():
     omav = load_vehicle(VEHICLES / "omav.yaml")
     four = {f.code: f for f in examine(FLIGHT, omav).findings}["missing_columns"]

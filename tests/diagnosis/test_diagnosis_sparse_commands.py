@@ -156,7 +156,6 @@ def test_the_commands_take_and_hand_on_how_to_read(tmp_path):
     assert errors["4"] < errors["1"]
 
 
-@pytest.mark.long
 def test_a_delay_is_as_unsure_as_how_commands_ran_between_their_rows():
     """Of rows of 20 ms: held, commands come 7.5 ms later in the mean than in four steps; half of it is not known."""
     found = model("quadrotor")
