@@ -124,6 +124,16 @@ def test_history_starts_without_what_evaluates_a_model():
     subprocess.run([sys.executable, "-c", code], check=True, cwd=Path(__file__).parents[1])
 
 
+def test_a_check_without_options_loads_nothing_of_the_command_that_it_suggests():
+    code = (
+        "import sys; from click.testing import CliRunner; from infotraj.cli import cli; "
+        "done = CliRunner().invoke(cli, ['check', 'examples/quad/flight_0.parquet']); "
+        "assert 'next: infotraj compare' in done.stderr, done.output; "
+        "assert not any(m.startswith('infotraj.comparing') for m in sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=Path(__file__).parents[1])
+
+
 def every_command():
     """Every command with its words: `diagnose`, `vehicle new`, ..."""
     for name in cli.COMMANDS:

@@ -31,6 +31,8 @@ def again(command: str, *, command_steps: int = 1, reference: Sequence[object] =
     given = _given()
     if command_steps > 1:
         given.setdefault("--command-steps", command_steps)
+    if not given and not reference:
+        return ""  # what the next command takes need not be read then: its module is not loaded
     known = _options(command)
     words = [w for name, value in given.items() if known is None or name in known for w in _words(name, value)]
     if reference and (known is None or "--reference" in known):
