@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from infotraj.effects.along import Actuation
 from infotraj.effects.base import Load
 from infotraj.effects.laws import BodyLaw
 from infotraj.flight import Flight
@@ -209,7 +210,7 @@ def test_rotors_on_arms_that_tilt_push_and_react_along_their_turned_axes():
     tilt = 0.3 * RNG.standard_normal((3, len(OMAV.tilts)))
     thrust = RNG.uniform(1.0, 3.0, (3, len(OMAV.rotors)))
     made = RotorWrench(OMAV)
-    wrench = made(thrust, made.ratio, SimpleNamespace(tilt=tilt, keep=lambda key, make: make()))
+    wrench = made(thrust, made.ratio, Actuation(thrust, np.zeros_like(thrust), tilt, np.zeros_like(tilt)))
     for n in range(3):
         force, torque = np.zeros(3), np.zeros(3)
         for r, push in zip(OMAV.rotors, thrust[n], strict=True):

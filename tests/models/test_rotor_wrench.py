@@ -23,5 +23,6 @@ def test_a_moment_scale_multiplies_the_torque_about_the_thrust_axis_of_a_command
 
 def test_rotors_stand_along_a_flight_where_their_tilts_turn_them():
     tilt = np.random.default_rng(0).uniform(-np.pi, np.pi, (20, len(OMAV.tilts)))
-    for made, expected in zip(along.rotor_frames(OMAV, tilt), actuators.rotor_frames(OMAV, tilt), strict=True):
+    made_of = along.rotor_frames(OMAV, np.cos(tilt), np.sin(tilt))
+    for made, expected in zip(made_of, actuators.rotor_frames(OMAV, tilt), strict=True):
         np.testing.assert_allclose(made, expected, atol=1e-12)

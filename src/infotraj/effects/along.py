@@ -52,6 +52,11 @@ class Actuation:
             self._kept[name] = make()
         return self._kept[name]
 
+    @property
+    def turns(self) -> tuple[Array, Array]:
+        """Cosine and sine of each tilt, (N, tilts) each."""
+        return self.keep("turns", lambda: (np.cos(self.tilt), np.sin(self.tilt)))
+
 
 @dataclass(frozen=True)
 class OriginPath:
@@ -194,7 +199,7 @@ class Along:
         return (self._keep("met", lambda: position + _moved(self)) if self.air.moved else position), axis
 
     def _frames(self) -> tuple[Array, Array]:
-        return self.actuation.keep("frames", lambda: rotor_frames(self.vehicle, self.tilt))
+        return self.actuation.keep("frames", lambda: rotor_frames(self.vehicle, *self.actuation.turns))
 
     def _nominal_thrust(self) -> Array:
         x = self.actuation.rotor
@@ -230,9 +235,18 @@ def torque_arm(along: Along, rotor: int, r: Array) -> Array:
     tilt = along.vehicle.rotors[rotor].tilt
     if tilt is None:
         return r
-    fixed, with_cosine, with_sine = turn_parts(along.vehicle.tilts[tilt].axis) @ r
-    cosine, sine = along.actuation.keep(f"turn of tilt {tilt}", lambda: _turn(along.tilt[:, tilt]))
-    return fixed + cosine * with_cosine + sine * with_sine
+    cosine, sine = along.actuation.turns
+    return _arm(cosine[:, tilt], sine[:, tilt], turn_parts(along.vehicle.tilts[tilt].axis) @ r)
+
+
+@njit(cache=True)
+def _arm(cosine, sine, parts):
+    """Arms (N, 3) of a constant, a cosine's and a sine's part (3, 3), one a row."""
+    out = np.empty((len(cosine), 3))
+    for n in range(len(cosine)):
+        for i in range(3):
+            out[n, i] = parts[0, i] + cosine[n] * parts[1, i] + sine[n] * parts[2, i]
+    return out
 
 
 def of_arm(vehicle: Vehicle, rotor: int) -> list[int]:
@@ -245,10 +259,6 @@ def of_arm(vehicle: Vehicle, rotor: int) -> list[int]:
         return all(abs(a - b) <= 1e-3 for a, b in zip(own.position[:2], other.position[:2], strict=True))
 
     return [i for i, r in enumerate(vehicle.rotors) if same(r)]
-
-
-def _turn(angle: Array) -> tuple[Array, Array]:
-    return np.cos(angle)[:, None], np.sin(angle)[:, None]
 
 
 def _moved(along: Along) -> Array:
@@ -265,10 +275,10 @@ def _moved(along: Along) -> Array:
     return out
 
 
-def rotor_frames(vehicle: Vehicle, tilt: Array) -> tuple[Array, Array]:
-    """Rotor positions (m) and thrust axes, each (N, rotors, 3), for tilts (N, tilts) rad."""
+def rotor_frames(vehicle: Vehicle, cosine: Array, sine: Array) -> tuple[Array, Array]:
+    """Rotor positions (m) and thrust axes, each (N, rotors, 3), for cosines and sines of tilts (N, tilts)."""
     of_rotor = np.array([-1 if r.tilt is None else r.tilt for r in vehicle.rotors])
-    return _frames(np.cos(tilt), np.sin(tilt), of_rotor, _frame_parts(vehicle))
+    return _frames(cosine, sine, of_rotor, _frame_parts(vehicle))
 
 
 def _thrust_polynomials(vehicle: Vehicle) -> Array:

@@ -48,17 +48,7 @@ class RotorWrench:
         """Values (N, rotors), then times the cosine and times the sine of their tilts where they have one."""
         if not self._tilting.size:
             return values
-        cosine, sine = actuation.keep("turns", lambda: self._turns(actuation.tilt))
-        rotors, tilting = values.shape[1], len(self._tilting)
-        out = np.empty((len(values), rotors + 2 * tilting))
-        out[:, :rotors] = values
-        there = values if tilting == rotors else values[:, self._tilting]
-        np.multiply(there, cosine, out=out[:, rotors : rotors + tilting])
-        np.multiply(there, sine, out=out[:, rotors + tilting :])
-        return out
-
-    def _turns(self, tilt: Array) -> tuple[Array, Array]:
-        return np.cos(tilt)[:, self._tilt], np.sin(tilt)[:, self._tilt]
+        return _turned(values, *actuation.turns, self._tilting, self._tilt)
 
     def _arranged(self, parts: list[Array]) -> Array:
         stacked = np.array(parts)
@@ -90,6 +80,21 @@ class CommandedWrench:
             about = total[:, 3:] @ self._axis
             total[:, 3:] += (torque_ratio - 1.0) * about[:, None] * self._axis
         return total
+
+
+@njit(cache=True)
+def _turned(values, cosine, sine, rotors, tilts):
+    """Values (N, r), then those of `rotors` times the cosine and times the sine of their `tilts`."""
+    count, width, tilting = len(values), values.shape[1], len(rotors)
+    out = np.empty((count, width + 2 * tilting))
+    for n in range(count):
+        for r in range(width):
+            out[n, r] = values[n, r]
+        for k in range(tilting):
+            x = values[n, rotors[k]]
+            out[n, width + k] = x * cosine[n, tilts[k]]
+            out[n, width + tilting + k] = x * sine[n, tilts[k]]
+    return out
 
 
 def wrench_of_inputs(vehicle: Vehicle) -> RotorWrench | CommandedWrench:
