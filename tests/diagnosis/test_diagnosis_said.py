@@ -227,16 +227,16 @@ def test_structure_is_told_with_its_held_out_share_and_what_it_goes_with():
 
 def test_a_delay_of_half_the_time_between_sparse_commands_cannot_be_told():
     sparse = SimpleNamespace(observation=SimpleNamespace(command_step=0.02, balance=frozenset()))
-    assert "a delay below 10 ms cannot be told" in as_text(answer(search=sparse))
+    assert "a delay or lag below 10 ms cannot be told" in as_text(answer(search=sparse))
     assert "cannot be told" not in as_text(answer())
     meta = {"channels": {"rotor_command": {"rate_hz": 50.0}, "rate": {"rate_hz": 1000.0}}}
     filled = SimpleNamespace(flight=SimpleNamespace(meta=meta, t=np.arange(0.0, 1.0, 0.001)))
     told = as_text(answer(samples=(filled,)))
     assert "commands: every 20 ms, held over the rows between" in told
-    assert "a delay below 10 ms cannot be told" in told
+    assert "a delay or lag below 10 ms cannot be told" in told
     read = as_text(answer(command_steps=2))
     assert "commands: every 4 ms, read as 2 steps" in read
-    assert "a delay below 2 ms" in read
+    assert "a delay or lag below 2 ms" in read
     assert [again("compare", command_steps=n) for n in (1, 2)] == ["", " --command-steps 2"]
 
 
@@ -416,3 +416,26 @@ def test_a_large_error_that_the_motion_does_not_predict_is_not_called_structured
         made
     )
     assert "left on fz: 30 % of the slow error can be predicted\n" in as_text(made)
+
+
+def test_what_corrects_the_file_is_said_with_its_numbers_in_the_order_of_the_rotors():
+    """And that it is told above which of them the file has wrong, where it is."""
+    gains = [effect_class("rotor_effectiveness")(rotor=k, factor=1.0 - 0.03 * k) for k in (3, 0, 2)]
+    centre = effect_class("com_offset")(r=np.array([0.001, -0.002, 0.0]))
+    effects = (gains[0], centre, *gains[1:])
+    errors = tuple({"r": [0.1] * 3} if e is centre else {"factor": 0.01} for e in effects)
+    known = {
+        "model": SimpleNamespace(vehicle=SimpleNamespace(mass=1.0, inertia=1.0), effects=effects),
+        "errors_of": errors,
+        "beside": tuple(e.label for e in effects),
+    }
+    lines = as_text(answer(**known)).splitlines()
+    first = lines.index("no effect is named; the new model corrects the file:")
+    assert lines[first + 1 : first + 3] == [
+        "  rotor_effectiveness (0 2 3) factor=1 0.94 0.91",
+        "  com_offset r=[0.001, -0.002, 0]",
+    ]
+    assert lines[first + 3].endswith("which of them your file has wrong is not told")
+    doubtful = FileNumber("mass", 1.0, 1.1, 0.01, True, "kg", doubt="why")
+    for number, said in ((doubtful, "is not told"), (replace(doubtful, doubt=""), "your file should say is above")):
+        assert any(line.endswith(said) for line in as_text(answer(**known, file=(number,))).splitlines())

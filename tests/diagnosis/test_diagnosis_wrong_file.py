@@ -113,7 +113,8 @@ def test_thrust_over_mass_is_corrected_in_the_model_beside_what_is_named(off):
         ratio *= mass / (mass + numbers.get("mass_offset", {"dm": 0.0})["dm"])
         assert ratio == pytest.approx(RATIO, abs=0.01)
         assert name in [e["name"] for e in as_dict(found)["corrected"]]
-        assert re.search(f"the new model corrects the file, beside what is named: .*{name}", as_text(found))
+        corrects = rf"the new model corrects the file, beside what is named:\s.*{name}"
+        assert re.search(corrects, as_text(found), re.DOTALL)
 
 
 @pytest.mark.long
@@ -231,7 +232,9 @@ def test_a_file_that_is_off_by_ten_percent_is_corrected_and_nothing_is_named():
     given, corrected = (error_elsewhere(m, {}) for m in (Model(found.model.vehicle), found.model))
     assert corrected[2] < 0.5 * given[2]
     assert np.all(corrected < 1.1 * given)
-    assert "no effect is named; the new model corrects the file: " in as_text(found)
+    assert "no effect is named; the new model corrects the file:\n" in as_text(found)
+    factors = [e.values["factor"] for e in found.model.effects if e.name == "rotor_effectiveness"]
+    assert f"  rotor_effectiveness (0 1 2 3) factor={' '.join(f'{x:.3g}' for x in factors)}\n" in as_text(found)
     assert as_text(found).count("one may stand for another") == 1
     assert [e["name"] for e in as_dict(found)["corrected"]] == [e.name for e in found.model.effects]
     (group,) = given_groups(found)

@@ -109,6 +109,21 @@ def _corrected(found: Diagnosis) -> list[tuple[Effect, dict[str, Any], dict[str,
     ]
 
 
+def _together(corrected: Sequence[tuple[Effect, dict[str, Any], dict[str, Any]]]) -> list[str]:
+    """A line for each name that corrects the file: its numbers, those of all rotors or arms in their order."""
+    by_name: dict[str, list[tuple[Effect, dict[str, Any], dict[str, Any]]]] = {}
+    for effect, has, errors in corrected:
+        by_name.setdefault(effect.name, []).append((effect, has, errors))
+    lines = []
+    for unsorted in by_name.values():
+        own = sorted(unsorted, key=lambda x: [x[1][k] for k in x[1] if k not in x[2]])
+        every = dict.fromkeys(k for _, has, errors in own for k in has if k in errors)
+        fitted = {k: " ".join(_short(has.get(k), 3) for _, has, _ in own) for k in every}
+        numbers = " ".join(f"{k}={v}" for k, v in fitted.items())
+        lines.append(f"{labels_in_words([e.label for e, _, _ in own])} {numbers}")
+    return lines
+
+
 def _reference(found: Diagnosis) -> dict[str, Any] | None:
     """What the flights were held against, and the axes of which the balance over seconds alone was."""
     if found.healthy is None:
@@ -360,8 +375,10 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
         numbers = " ".join(f"{k}={_plus_minus(v, deviations.get(k))}" for k, v in has.items())
         lines.append(f"{corrects}: {effect.name} {numbers}")
     elif corrected:
-        lines.append(f"{corrects}: {labels_in_words(found.beside)}")
-        lines.append("corrections predict together; one may stand for another: what your file should say is above")
+        lines += [f"{corrects}:", *(f"  {x}" for x in _together(corrected))]
+        told = any(verbose or not n.doubt for n in found.file)
+        sure = "what your file should say is above" if told else "which of them your file has wrong is not told"
+        lines.append(f"corrections predict together; one may stand for another: {sure}")
     explained = {s.axis for s in found.unexplained.axes}
     # Healthy flights have the file's own errors, too.
     cause = "what has no name" if found.healthy is not None else "the file's own errors, or what has no name"
@@ -387,14 +404,16 @@ def as_text(found: Diagnosis, *, verbose: bool = False) -> str:
             lines.append(f"  hint, not a result: {s.hint.replace(s.axis, of, 1)} ({100 * s.hint_share:.0f} % held out)")
     every = _between_commands(found)
     if every > found.search.observation.command_step:
-        lines.append(f"commands: every {1000 * every:.0f} ms, held over the rows between")
+        lines.append(f"commands: every {1000 * every:.3g} ms, held over the rows between")
     if found.command_steps > 1:
-        lines.append(f"commands: every {1000 * every:.0f} ms, read as {found.command_steps} steps from row to row")
+        lines.append(f"commands: every {1000 * every:.3g} ms, read as {found.command_steps} steps from row to row")
     balance = sorted(found.search.observation.balance) if found.healthy is not None else []
     if balance:
         lines.append(f"{', '.join(balance)}: held against the healthy flights by the balance over seconds alone")
     if found.command_steps > 1 or every > _RARE or any(sparse(s.flight, found.model.vehicle) for s in found.samples):
-        lines.append(f"a delay below {500 * every:.3g} ms cannot be told from how commands ran between their rows")
+        lines.append(
+            f"a delay or lag below {500 * every:.3g} ms cannot be told from how commands ran between their rows"
+        )
     lines += [f"not judged: {axis} ({reason})" for axis, reason in found.refused.items()] if found.judged else []
     lines += [f"warning: {d.reason}" for d in found.doubts if not d.refuses and not d.accepted]
     lines += [f"at a bound: {label}: {how}" for label, how in found.at_bound.items()]
