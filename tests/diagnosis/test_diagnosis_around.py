@@ -15,7 +15,7 @@ from infotraj.diagnosis.noise.spectra import Spectrum
 from infotraj.diagnosis.select.around import _column, balanced, in_balance
 from infotraj.diagnosis.select.learned import _as_files_are, _before, _usual, learned, scattered
 from infotraj.diagnosis.select.prior import SLAB, Scales, file_only, spikes
-from infotraj.diagnosis.select.reading import sparse
+from infotraj.diagnosis.select.reading import ran_on, sparse
 from infotraj.diagnosis.select.scaling import scaled
 from infotraj.diagnosis.select.swinging import _variant, shape_of
 from infotraj.effects import effect_class
@@ -307,16 +307,31 @@ def test_a_kind_of_several_numbers_is_further_off_than_the_rest_of_the_file():
     assert scaled(rotors_off(9 / 15), (0, 1), 1.0).kinds == {}
 
 
-def commanded(step, **meta):
-    t = np.arange(0.0, 3.0, step)
+def commanded(step, start=0.0, **meta):
+    t = start + np.arange(0.0, 3.0, step)
     return Flight(pd.DataFrame({"t": t, **{f"cmd_rotor_{i}": 400.0 + t for i in range(4)}}), meta)
 
 
 def test_commands_are_sparse_below_133_hz_unless_the_log_says_how_many_there_were():
+    assert not any(ran_on(commanded(0.002, start), VEHICLE) for start in (0.0, 10.0, 1700.0))
+    assert ran_on(commanded(0.0025), VEHICLE)
     assert not sparse(commanded(0.005), VEHICLE)
     assert sparse(commanded(0.01), VEHICLE)
     assert not sparse(commanded(0.01, **{COMMAND_STEPS: 2}), VEHICLE)
     assert not sparse(Flight(commanded(0.01).table[["t"]]), VEHICLE)
+
+
+def test_commands_of_a_slower_controller_or_means_of_a_denser_log_did_not_run_on():
+    def logged(hz):
+        return commanded(0.005, channels={"rotor_command": {"rate_hz": hz}})
+
+    assert ran_on(logged(200.0), VEHICLE)
+    assert not ran_on(logged(400.0), VEHICLE)
+    table = commanded(0.005).table
+    for rows, seen in ((1, True), (2, False)):
+        first = rows * (np.arange(len(table)) // rows)
+        copied = table.assign(**{c: table[c].to_numpy()[first] for c in table.columns if c != "t"})
+        assert ran_on(Flight(copied), VEHICLE) is seen
 
 
 def test_places_of_rotors_and_of_what_was_followed_are_numbers_of_the_file_alone():

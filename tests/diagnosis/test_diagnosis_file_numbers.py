@@ -5,6 +5,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 from linear_fits import ROWS, linear_fit
 
@@ -24,6 +25,7 @@ from infotraj.diagnosis.linear.candidates import Candidate, places
 from infotraj.diagnosis.linear.observation import Member
 from infotraj.diagnosis.select.prior import Scales
 from infotraj.effects import Effect, Parameter, effect_class
+from infotraj.flight import Flight
 from infotraj.vehicle import load_vehicle
 
 VEHICLE = load_vehicle(Path(__file__).parents[2] / "config/vehicles/quadrotor.yaml")
@@ -34,12 +36,12 @@ def candidate(name, **fixed):
     return Candidate(cls, tuple(p for p in cls.parameters if not p.index), tuple(fixed.items()))
 
 
-def made_of(monkeypatch, thetas, deviation, spike=0.3, command_step=0.0, **changed):
+def made_of(monkeypatch, thetas, deviation, spike=0.3, command_step=0.0, samples=(), **changed):
     """What a fit knows of one number of each candidate: theta, usual sizes, its deviation and what a file is off by."""
     columns = [
         SimpleNamespace(candidate=c, place=place, scale=places(c, VEHICLE)[place].scale) for c, place, _ in thetas
     ]
-    observation = SimpleNamespace(vehicle=VEHICLE, healthy=None, command_step=command_step)
+    observation = SimpleNamespace(vehicle=VEHICLE, healthy=None, command_step=command_step, samples=samples)
     linear = SimpleNamespace(columns=columns, observation=observation, spike=lambda _: np.full(len(columns), spike))
     linear.choices, linear.labelled = (), lambda labels: ()
     solution = SimpleNamespace(theta=np.array([x for *_, x in thetas]))
@@ -324,6 +326,11 @@ def test_times_of_the_file_are_no_surer_than_stamps(monkeypatch):
     (of_lag, *_) = file_numbers(made_of(monkeypatch, asked, 0.0005 / lag, command_step=0.01), ())
     assert of_lag.standard_error == pytest.approx(np.hypot(0.0005, 0.001))
     assert file_numbers(made_of(monkeypatch, asked, 0.0005 / lag, command_step=0.2), ()) == ()
+    # Where commands may have run on between the rows, than 3/16 of what is between them, too.
+    t = np.arange(0.0, 1.0, 0.005)
+    seen = [SimpleNamespace(flight=Flight(pd.DataFrame({"t": t, **{f"cmd_rotor_{i}": 400.0 + t for i in range(4)}})))]
+    (of_lag, *_) = file_numbers(made_of(monkeypatch, asked, 0.0005 / lag, command_step=0.005, samples=seen), ())
+    assert of_lag.standard_error == pytest.approx(np.linalg.norm([0.0005, 0.0005, 0.005 * 3 / 16]))
 
 
 def test_thrust_over_mass_is_no_surer_than_the_force_that_stays():

@@ -70,6 +70,23 @@ def test_commands_of_a_controller_of_100_hz_are_read_as_held(lag):
     assert {command_steps(s.flight) for s in found.observation.samples} == {1}
 
 
+EXACT = {"gyro": 0.003, "accelerometer": 0.03, "position": 3e-4, "attitude": 9e-4, "velocity": 0.005}
+
+
+def logged_at_200_hz(controller):
+    """Three flights without a fault, logged at 200 Hz, of a controller of so many Hz."""
+    content, row = yaml.safe_load((VEHICLES / "quadrotor.yaml").read_text()), 1.0 / controller
+    flights = (fly(content, {}, seconds=8.0, seed=seed, noise=EXACT, row=row) for seed in range(3))
+    return [Flight(f.iloc[:: round(controller / 200)].reset_index(drop=True)) for f in flights]
+
+
+@pytest.mark.long
+def test_a_lag_is_no_surer_than_what_a_faster_controller_did_between_the_rows():
+    found = diagnose(model("quadrotor"), logged_at_200_hz(1000))
+    assert found.supported == ()
+    assert not [n.name for n in found.file if "time_constant" in n.name]
+
+
 def test_errors_are_those_of_the_commands_as_they_were_read():
     flights, given = logs("quadrotor", {"mass_offset": {"dm": 0.1}}, 4, seconds=6.0), model("quadrotor")
     made = add(given, ["mass_offset"], flights)
@@ -94,7 +111,7 @@ def test_a_thinned_log_shows_what_is_missing_and_no_more(name, true):
     found = diagnose(model(name), logs(name, true, 4))
     assert found.supported == tuple(true)
     assert as_dict(found)["commands"]["every"] == pytest.approx(0.02, rel=0.01)
-    assert "a delay below 10 ms cannot be told" in as_text(found)
+    assert "a delay or lag below 10 ms cannot be told" in as_text(found)
     for effect, numbers in true.items():
         finding = found.finding(effect)
         for parameter, value in numbers.items():
@@ -162,6 +179,7 @@ def test_a_delay_is_as_unsure_as_how_commands_ran_between_their_rows():
     known = {c.name: c for c in candidates(catalogue(), found.vehicle, logs("quadrotor", {}, 4))[0]}
     observation = observe(found, logs("quadrotor", {}, 4))
     assert unread(known["actuation_delay"], observation) == pytest.approx(0.25 * 0.0075 / 0.5)
-    assert unread(known["linear_drag"], observation) == 0.0
+    assert unread(known["rotor_lag"], observation) == unread(known["actuation_delay"], observation)
+    assert unread(known["linear_drag"], observation) == unread(known["time_offset"], observation) == 0.0
     told = [stepped(f, 2) for f in logs("quadrotor", {}, 4)]
     assert unread(known["actuation_delay"], observe(found, told)) == 0.0

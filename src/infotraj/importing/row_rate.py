@@ -30,6 +30,11 @@ def held(meta: Mapping[str, Any], t: Array) -> dict[str, float]:
     return {c: logged for c, logged in _logged(meta, _COMMANDED).items() if logged > max(_TIMES * step, _RARE)}
 
 
+def averaged(meta: Mapping[str, Any], t: Array) -> bool:
+    """Whether a row holds the mean of the commands up to the next: the log has more of them than the table."""
+    return any(_step(t) > _TIMES * logged for logged in _logged(meta, _COMMANDED).values())
+
+
 def in_words(found: Mapping[str, float], t: Array) -> str:
     """How often the table has a row, and the log a sample."""
     every = ", ".join(f"{channel} every {1000 * step:.3g} ms" for channel, step in found.items())

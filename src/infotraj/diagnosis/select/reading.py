@@ -2,7 +2,8 @@
 
 A log thinned from 100 to 50 Hz holds every second command. Held over the rows that are missing, commands come late by
 milliseconds: that looks like drag, damping or an offset of time. A log does not say which it was. So where its commands
-are sparse the flights are read each way, and the reading counts under which they are more probable.
+are sparse the flights are read each way, and the reading counts under which they are more probable. Of a log of 200 Hz
+beside a controller of 500 both readings are nearly alike: it is read as it stands, and delays and lags are less sure.
 """
 
 from __future__ import annotations
@@ -17,32 +18,50 @@ from infotraj.diagnosis.linear.candidates import Candidate
 from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.select.around import Linear, linearised
 from infotraj.diagnosis.select.choosing import searched
-from infotraj.diagnosis.select.prior import EACH, STAMP
+from infotraj.diagnosis.select.prior import EACH, STAMP, TIMES
 from infotraj.dynamics.inputs import command_columns
 from infotraj.flight import Flight, stepped
-from infotraj.importing.row_rate import held
+from infotraj.importing.row_rate import averaged, held
 from infotraj.sparse_commands import COMMAND_STEPS
 from infotraj.vehicle import Vehicle
 
 SPARSE = 0.0075  # s between rows with commands: a controller of more than 133 Hz is usual
+_DENSE = 0.002  # s between them: of closer ones a command is late by 0.75 ms at most, in the mean
+_REPEATED = 0.5  # of the rows that repeat the commands before: more come of a controller that is slower than the log
 _COUNTS = (2, 4)
 _LATE = "actuation_delay"
 
 
 def sparse(flight: Flight, vehicle: Vehicle) -> bool:
-    """Whether a controller may have made more commands than the flight holds; where it says how many, it is known, and
-    where an import held them over rows, they were rarer than these."""
-    known = COMMAND_STEPS in flight.meta or not flight.has(*command_columns(vehicle)) or held(flight.meta, flight.t)
-    return not known and command_step(flight, vehicle) > SPARSE
+    """Whether commands may have run on between rows that are so far apart that it tells."""
+    return ran_on(flight, vehicle) and command_step(flight, vehicle) > SPARSE
+
+
+def ran_on(flight: Flight, vehicle: Vehicle) -> bool:
+    """Whether a controller may have made more commands than the flight holds.
+
+    Where the flight says how many, it is known; where commands were held over rows, they were rarer than these, and
+    where rows hold means of what was logged, they hold all of it.
+    """
+    meta, t = flight.meta, flight.t
+    known = COMMAND_STEPS in meta or held(meta, t) or averaged(meta, t) or not flight.has(*command_columns(vehicle))
+    if known or round(command_step(flight, vehicle), 6) <= _DENSE:
+        return False
+    x = flight.get(*command_columns(vehicle))
+    x = x[np.isfinite(x).all(axis=1)]
+    return bool(np.mean((np.diff(x, axis=0) == 0.0).all(axis=1)) <= _REPEATED)
 
 
 def unread(candidate: Candidate, observation: Observation) -> float:
-    """By how much a delay (s) is unsure because commands may have run on between the rows of a log; 0 for any other.
+    """By how much a delay or lag of actuators (s) is unsure because commands may have run on between the rows of a log;
+    0 for any other number.
 
     Held, or in the most steps of `_COUNTS`, they are later or sooner by the mean of what lies between: two readings
     that are as likely are half of their difference from their mean (Draper 1995).
     """
-    if candidate.name != _LATE or not any(sparse(s.flight, observation.vehicle) for s in observation.samples):
+    declared = candidate.cls.declared
+    follows = candidate.cls.place == "actuators" and declared is not None and declared.kind in TIMES
+    if not follows or not any(ran_on(s.flight, observation.vehicle) for s in observation.samples):
         return 0.0
     return 0.25 * (1.0 - 1.0 / max(_COUNTS)) * observation.command_step
 
