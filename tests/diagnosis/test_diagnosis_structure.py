@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from infotraj.diagnosis.judge.features import BIN
+from infotraj.diagnosis.judge.features import BIN, smooth
 from infotraj.diagnosis.judge.unexplained import (
     _axis,
     _binned_change,
@@ -46,6 +46,23 @@ def test_a_group_that_predicts_less_than_a_fiftieth_has_no_part():
     little, more = (np.sqrt(s) * x[:, 0] + np.sqrt(1.0 - s) * rest for s in (0.01, 0.05))
     assert _Stages([x], FOLD).held_out(little)[0] == 0.0
     assert _Stages([x], FOLD).held_out(more)[0] == pytest.approx(0.05, abs=0.02)
+
+
+def test_what_goes_with_the_velocity_alone_is_predicted_on_flights_that_differ_in_all_else():
+    """A drag that grows with the third power of the speed, of flights each at a place and an attitude of its own."""
+    apart = 5.0 * np.random.default_rng(1).standard_normal((FOLDS, 8))[FOLD]
+    speed, rest = random(0, 3), apart + random(2, 8)
+    names = ("px", "py", "pz", "vx body", "vy body", "vz body", "R13", "R23", "wx", "wy", "wz")
+    columns = np.column_stack([rest[:, :3], speed, rest[:, 3:]])
+    columns = (columns - columns.mean(axis=0)) / columns.std(axis=0)
+    groups = smooth(columns, names, np.random.default_rng(3))
+    assert [g.shape for g in groups] == [(len(FOLD), 120)] * 3
+    y = speed[:, 0] * (speed**2).sum(axis=1)
+    y = y - speed @ np.linalg.lstsq(speed, y, rcond=None)[0]
+    assert _Stages(groups, FOLD).held_out(y / y.std())[0] > 0.7
+    assert _Stages(groups[:2], FOLD).held_out(y / y.std())[0] < 0.2
+    still = smooth(columns[:, 3:6], names[3:6], np.random.default_rng(3))
+    assert len(still) == 2
 
 
 def test_noise_is_not_predicted_and_neither_is_what_holds_in_one_fold_alone():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,9 @@ from infotraj.rotations import Array
 BIN = 0.05  # s: what is looked for is slower than this
 LAGS = np.arange(0.1, 1.25, 0.1)  # s: a load that swings answers to what the vehicle did before
 _RANDOM = 120
+_PLACE, _SPEED = ("px", "py", "pz"), ("vx body", "vy body", "vz body")
+_MOTION = (*_PLACE, *_SPEED, "R13", "R23", "R33", "R11", "R21", "wx", "wy", "wz")
+_SMOOTH = ((_PLACE, 0.7), (_MOTION, 1.0), (_SPEED, 0.7))  # and lengthscales, of quantities with a variance of 1
 _LATELY = (0.1, 0.3)  # s: lags of the speed that a rotor's speed is held against
 _SURE = 2.0  # times the usual change of a rotor's speed: which way it goes is plain there
 
@@ -118,6 +122,20 @@ def speeding(samples: FlightSamples, time: Array) -> Array:
         way = thrust * np.tanh(_SURE * change / np.maximum(change.std(axis=0), 1e-9))
         out.append((interpolate(r.t, way, time - BIN / 4) + interpolate(r.t, way, time + BIN / 4)) / 2)
     return np.concatenate(out, axis=1)
+
+
+def smooth(columns: Array, names: Sequence[str], rng: np.random.Generator) -> list[Array]:
+    """Random features (N, 120) of standardised quantities (N, d) in groups: place, all motion, and the velocity alone.
+
+    What hangs on few of them is found among few: flights that are alike in how the air meets them are seldom alike in
+    all else.
+    """
+    groups = []
+    for group, lengthscale in _SMOOTH:
+        own = [k for k, n in enumerate(names) if n in group]
+        if own:
+            groups.append(random_features(columns[:, own], rng, lengthscale))
+    return groups
 
 
 def random_features(columns: Array, rng: np.random.Generator, lengthscale: float) -> Array:

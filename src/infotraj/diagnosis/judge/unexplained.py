@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from infotraj.comparing.floor import white_noise
 from infotraj.diagnosis.gates.refusal import axis_group
-from infotraj.diagnosis.judge.features import BIN, bins, named, pasts, random_features
+from infotraj.diagnosis.judge.features import BIN, bins, named, pasts, smooth
 from infotraj.diagnosis.linear.observation import Observation
 from infotraj.diagnosis.linear.sums import WINDOW
 from infotraj.diagnosis.noise.spectra import BANDS, Spectrum, binned, spectra
@@ -198,19 +198,8 @@ def _table(o: Observation, left, predictions, name: str, rng: np.random.Generato
     past = [np.concatenate([x[:, : min(x.shape[1] for x in of)] for x in of]) for of in zip(*before, strict=True)]
     z = (plain - plain.mean(axis=0)) / np.maximum(plain.std(axis=0), 1e-9)
     moves = plain.std(axis=0) > 1e-6 * np.maximum(np.abs(plain).max(axis=0), 1e-12)
-    where_it_is = [k for k, n in enumerate(names) if n in ("px", "py", "pz") and moves[k]]
-    motion = [
-        k
-        for k, n in enumerate(names)
-        if moves[k]
-        and n.split()[0] in ("px", "py", "pz", "vx", "vy", "vz", "R13", "R23", "R33", "R11", "R21", "wx", "wy", "wz")
-    ]
-    parts = [np.column_stack([z[:, moves], np.ones(len(z))]), *map(_standard, past)]
-    if where_it_is:
-        parts.append(random_features(z[:, where_it_is], rng, 0.7))
-    if motion:
-        parts.append(random_features(z[:, motion], rng, 1.0))
     kept = tuple(n for n, m in zip(names, moves, strict=True) if m)
+    parts = [np.column_stack([z[:, moves], np.ones(len(z))]), *map(_standard, past), *smooth(z[:, moves], kept, rng)]
     cuts = np.cumsum([len(t) for t in targets])[:-1]
     return _Table(
         axes,
