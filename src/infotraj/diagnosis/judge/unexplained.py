@@ -1,7 +1,7 @@
 """Whether structured error is left that no effect of the model explains, where it is, and what it goes with.
 
 What is left of the fitted model, file numbers corrected, is averaged over 50 ms and predicted on held-out
-flights from named quantities, from what the vehicle and its rotors did in the last second, and from random features of
+flights from named quantities, from what the vehicle and its rotors did in the last 1.2 s, and from random features of
 the motion (a Gaussian process by its features). Turbulence and sensor noise cannot be predicted so, whatever their
 colour; an effect that nobody listed can. It matters as an effect does: by the rise of the weighted error that it makes,
 or of the error itself. Bands weigh by what the model explains, so that what it does not may weigh next to nothing.
