@@ -176,7 +176,9 @@ class Model:
         line, kept = segment.line, prepared.kept_of_segments
         base_key = (self._flown, imu.of_rates, law.clocks)
         thrust_key = (base_key, self._key("thrust_factor", "thrust_loss", "reaction_factor"))
-        thrust, total = kept.get(f"thrust {segment.start}", thrust_key, lambda: self._thrust(along, prepared))
+        thrust, total = kept.get(
+            f"thrust {segment.start}", thrust_key, partial(self._thrust, along, prepared, segment.start, base_key)
+        )
         along = copy.copy(along)
         object.__setattr__(along, "thrust", thrust)
         object.__setattr__(along, "of_flight", partial(prepared.of_flight, imu))
@@ -234,12 +236,17 @@ class Model:
                 result[of_turn] = result[of_turn] + more
         return result
 
-    def _thrust(self, along: Along, prepared: Prepared) -> tuple[Array, Array]:
-        """Thrust (N, rotors) after all factors and losses, and the wrench (N, 6) that the inputs make by it."""
+    def _thrust(self, along: Along, prepared: Prepared, start: int, key: Hashable) -> tuple[Array, Array]:
+        """Thrust (N, rotors) after all factors and losses, and the wrench (N, 6) that the inputs make by it.
+
+        start, key: of the segment, and of what moves its rotors.
+        """
         steady: Array | float = 1.0  # of each rotor, all along the flight
         changing: Array | None = None
-        for effect in self._with("thrust_factor"):
-            factor = np.asarray(effect.thrust_factor(along))
+        for number, effect in enumerate(self._with("thrust_factor")):
+            stage = f"factor {effect.name} {number if effect.repeatable else ''} {start}"
+            made = partial(effect.thrust_factor, along)
+            factor = np.asarray(prepared.kept_of_segments.get(stage, (key, effect.key), made))
             if factor.ndim < 2:
                 steady = steady * factor
             else:
