@@ -262,6 +262,29 @@ def test_each_number_of_an_imu_changes_what_follows_from_it(accelerometer):
     assert not any(np.array_equal(seen[0], x) for x in seen[1 : len(models)])
 
 
+def test_each_factor_of_the_thrust_is_kept_apart():
+    """Of models with several, in any order and beside lags and delays."""
+    vehicle = load_vehicle(OMAV)
+    f = flight(vehicle)
+    factors = [
+        {"name": "rotor_effectiveness", "rotor": 1, "factor": 0.9},
+        {"name": "rotor_effectiveness", "rotor": 3, "factor": 0.8},
+        {"name": "battery_sag", "rate": 0.01},
+        {"name": "thrust_exponent", "n": 1.9},
+        {"name": "coaxial_loss", "fraction": 0.1},
+        {"name": "rotor_lag", "extra_time_constant": 0.03},
+        {"name": "actuation_delay", "delay": 0.01},
+    ]
+    sets = [factors, factors[::-1], factors[1:], factors[2:], factors[:2], [factors[0]], [factors[1]], factors[3:6]]
+    sets.append([{**factors[0], "factor": 0.7}, *factors[1:]])
+    models = [Model(vehicle, [effect_of(x) for x in own]) for own in sets]
+    ready = models[0].prepare(f)
+    for model in [*models, *models[::-1]]:
+        kept, anew = model.predict(ready), model.predict(f)
+        for name in ("specific_force", "angular_acceleration"):
+            np.testing.assert_array_equal(getattr(kept, name), getattr(anew, name))
+
+
 def test_time_grows_with_the_rows():
     vehicle = load_vehicle(QUADROTOR)
     model = Model(vehicle, [effect_class("rotor_drag")(k=5e-5)])
