@@ -119,7 +119,9 @@ def _falls(without: _Left, kept: _Left) -> Array:
     coherence, and of all of it in units of its noise (`fall`)."""
     plain = 0.5 * np.log(np.maximum(without.believed, 1e-300) / np.maximum(kept.believed, 1e-300))
     weighted = 0.5 * np.log(np.maximum(without.error.sum(axis=1), 1e-300) / np.maximum(kept.error.sum(axis=1), 1e-300))
-    return fall(plain, weighted, kept.error.sum(axis=1) / np.maximum(kept.noise, 1e-300))
+    stays = np.full(len(kept.noise), np.inf)
+    np.divide(kept.error.sum(axis=1), kept.noise, out=stays, where=kept.noise > 0.0)
+    return fall(plain, weighted, stays)
 
 
 def translated(whole: Fit, each: Array, rest: Fit) -> Array:
