@@ -11,13 +11,13 @@ from exact_simulation import fly
 
 from infotraj.cli import cli
 from infotraj.diagnosis.adding import add
-from infotraj.diagnosis.diagnosis import diagnose
+from infotraj.diagnosis.diagnosis import diagnose, learn
 from infotraj.diagnosis.gates.observing import observe
 from infotraj.diagnosis.gates.refusal import errors
 from infotraj.diagnosis.linear.candidates import candidates
 from infotraj.diagnosis.report.summary import as_dict, as_text
 from infotraj.diagnosis.select.prior import file_only
-from infotraj.diagnosis.select.reading import as_commanded, unread
+from infotraj.diagnosis.select.reading import as_commanded, as_healthy, unread
 from infotraj.effects import catalogue
 from infotraj.errors import InputError
 from infotraj.flight import Flight, command_steps, read_flight, stepped
@@ -170,6 +170,34 @@ def test_the_commands_take_and_hand_on_how_to_read(tmp_path):
         assert run.exit_code == 0, run.output
         errors[steps] = json.loads(numbers.read_text())["rmse"]["fx"]
     assert errors["4"] < errors["1"]
+
+
+def test_flights_are_read_as_the_healthy_ones_of_their_controller():
+    """A controller of 100 Hz, as logs of 50 Hz are read, makes 4 commands in a row of 25 Hz and 1 in one of 100; what a
+    flight says itself stands."""
+    vehicle = model("quadrotor").vehicle
+    every = {step: logs("quadrotor", {}, step, seconds=2.0)[0] for step in (2, 4, 8)}
+    own = stepped(every[8], 2)
+    for healthy, expected in ((stepped(every[4], 2), [1, 2, 4]), (every[4], [1, 1, 2])):
+        read = as_healthy(list(every.values()), [healthy], vehicle)
+        assert [command_steps(f) for f in read] == expected
+        assert as_healthy([own], [healthy], vehicle) == [own]
+    held = Flight(
+        every[4].table.loc[every[4].table.index.repeat(2)].assign(t=lambda x: x["t"].iloc[0] + 0.01 * np.arange(len(x)))
+    )
+    assert command_steps(as_healthy([every[4]], [held], vehicle)[0]) == 1
+
+
+@pytest.mark.long
+def test_a_flight_too_short_to_say_is_read_as_the_healthy_ones_were():
+    flights = logs("quadrotor", {}, 4, seconds=8.0)
+    usual = learn(model("quadrotor"), flights[:3])
+    (count,) = {command_steps(f) for f in usual.flights}
+    assert count > 1
+    one = flights[3].table
+    found = diagnose(model("quadrotor"), [Flight(one[one["t"] < one["t"].iloc[0] + 3.0])], reference=usual)
+    assert found.command_steps == count
+    assert found.supported == ()
 
 
 def test_a_delay_is_as_unsure_as_how_commands_ran_between_their_rows():

@@ -38,7 +38,7 @@ from infotraj.diagnosis.select.bounds import beyond_bounds
 from infotraj.diagnosis.select.fit import Fit
 from infotraj.diagnosis.select.learned import around_fit, around_usual, learned, of_a_day, straight
 from infotraj.diagnosis.select.prior import file_only
-from infotraj.diagnosis.select.reading import as_commanded
+from infotraj.diagnosis.select.reading import as_commanded, as_healthy, as_read
 from infotraj.diagnosis.select.search import Search
 from infotraj.diagnosis.select.swinging import swung
 from infotraj.dynamics.inputs import for_vehicle
@@ -190,7 +190,7 @@ def diagnose(
                 healthy = learn(model, usual_flights, effects_from=effects_from, start=start, stop=stop)
             reached("first columns")
     held = held_members(model, flights[0]) if healthy is None else ()
-    seen = flights if healthy is None else [as_level(f) for f in flights]
+    seen = flights if healthy is None else as_healthy([as_level(f) for f in flights], healthy.flights, vehicle)
     known, hidden = candidates(catalog, vehicle, seen)
     if healthy is not None:
         known, hidden = healthy.shown(known, hidden)
@@ -354,6 +354,7 @@ def learn(
     else:
         # Whether torques follow the commands is asked of the fitted model: a file may be wrong by a lag.
         search, whole, _ = search_on(observation, doubts)
+        seen = _as_read(seen, search)
         balance = _balanced(search.observation.model(straight(whole)), seen, start, stop) if search.known else balance
     if balance and (observation.balance or balance == _TORQUES):
         # Of what is not predicted nothing can be identified: it is only said what is usual.
@@ -366,7 +367,13 @@ def learn(
         why = next(iter(refused_axes(doubts).values()), "no effect can be tested on them")
         raise InputError(problem(f"the healthy flights: {why}", "flights that can be judged", "Choose others."))
     reached("numbers")
-    return learned(around_fit(whole, [*search.known, *products(search.known)]), seen, overdispersion(whole)[0])
+    numbers = around_fit(whole, [*search.known, *products(search.known)])
+    return learned(numbers, _as_read(seen, search), overdispersion(whole)[0])
+
+
+def _as_read(flights: Sequence[Flight], search: Search) -> list[Flight]:
+    """The flights of a search, whole, with commands as it read them."""
+    return [as_read(f, s.flight) for f, s in zip(flights, search.observation.samples, strict=True)]
 
 
 def _usual(model: Model, healthy: Healthy, start: float | None, stop: float | None) -> Array:
@@ -456,7 +463,8 @@ def _searched(
         first = like.linear.without_axes(observation.ignored)
     else:
         before = (*held, *_healthy_members(observation, known))
-        first = swung(as_commanded(observation, before, left_to), left_to)
+        read = as_commanded if observation.healthy is None else linearised
+        first = swung(read(observation, before, left_to), left_to)
     search = Search(first.observation, tuple(left_to), held)
     if told:
         parts(PARTS)

@@ -20,9 +20,9 @@ from infotraj.diagnosis.select.around import Linear, linearised
 from infotraj.diagnosis.select.choosing import searched
 from infotraj.diagnosis.select.prior import EACH, STAMP, TIMES
 from infotraj.dynamics.inputs import command_columns
-from infotraj.flight import Flight, stepped
+from infotraj.flight import Flight, command_steps, stepped
 from infotraj.importing.row_rate import averaged, held
-from infotraj.sparse_commands import COMMAND_STEPS
+from infotraj.sparse_commands import COMMAND_STEPS, MOST_STEPS
 from infotraj.vehicle import Vehicle
 
 SPARSE = 0.0075  # s between rows with commands: a controller of more than 133 Hz is usual
@@ -50,6 +50,33 @@ def ran_on(flight: Flight, vehicle: Vehicle) -> bool:
     x = flight.get(*command_columns(vehicle))
     x = x[np.isfinite(x).all(axis=1)]
     return bool(np.mean((np.diff(x, axis=0) == 0.0).all(axis=1)) <= _REPEATED)
+
+
+def as_read(flight: Flight, like: Flight) -> Flight:
+    """The flight with as many steps of its commands as another reading of it has."""
+    count = command_steps(like)
+    return flight if count == command_steps(flight) else stepped(flight, count)
+
+
+def as_healthy(flights: Sequence[Flight], healthy: Sequence[Flight], vehicle: Vehicle) -> list[Flight]:
+    """The flights with commands as often as the healthy ones are read to have them: the controller is the same.
+
+    Read otherwise on one side alone, they would come late there, and that would be told as a change.
+    """
+    every = min(_between_new(f, vehicle) / command_steps(f) for f in healthy)
+    counts = [round(command_step(f, vehicle) / every) if ran_on(f, vehicle) else 1 for f in flights]
+    return [stepped(f, min(count, MOST_STEPS)) if count > 1 else f for f, count in zip(flights, counts, strict=True)]
+
+
+def _between_new(flight: Flight, vehicle: Vehicle) -> float:
+    """s from one new command to the next, the median; inf where none is known."""
+    columns = command_columns(vehicle)
+    if not flight.has(*columns):
+        return np.inf
+    x = flight.get(*columns)
+    known = np.isfinite(x).all(axis=1)
+    new = flight.t[known][1:][(np.diff(x[known], axis=0) != 0.0).any(axis=1)]
+    return float(np.median(np.diff(new))) if len(new) > 1 else np.inf
 
 
 def unread(candidate: Candidate, observation: Observation) -> float:
