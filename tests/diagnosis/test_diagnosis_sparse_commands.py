@@ -182,9 +182,11 @@ def test_flights_are_read_as_the_healthy_ones_of_their_controller():
         read = as_healthy(list(every.values()), [healthy], vehicle)
         assert [command_steps(f) for f in read] == expected
         assert as_healthy([own], [healthy], vehicle) == [own]
-    held = Flight(
-        every[4].table.loc[every[4].table.index.repeat(2)].assign(t=lambda x: x["t"].iloc[0] + 0.01 * np.arange(len(x)))
-    )
+    # Held over rows of 5 ms, each a row in which it is half the one before: they come every 20 ms all the same.
+    table = every[4].table.loc[every[4].table.index.repeat(4)].reset_index(drop=True)
+    commands = [f"cmd_rotor_{i}" for i in range(4)]
+    table.loc[4::4, commands] = (table[commands].to_numpy()[3:-1:4] + table[commands].to_numpy()[4::4]) / 2
+    held = Flight(table.assign(t=table["t"].iloc[0] + 0.005 * np.arange(len(table))))
     assert command_steps(as_healthy([every[4]], [held], vehicle)[0]) == 1
 
 

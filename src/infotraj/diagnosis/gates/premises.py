@@ -22,7 +22,7 @@ from infotraj.comparing.equation_error import AXES, equation_error
 from infotraj.diagnosis.gates import agreement, vehicle_faults
 from infotraj.diagnosis.gates.doubt import Doubt, as_accepted, reached, refused_axes
 from infotraj.diagnosis.linear.candidates import Candidate
-from infotraj.dynamics.inputs import input_columns
+from infotraj.dynamics.inputs import command_columns, input_columns
 from infotraj.effects.channels import tilt_columns
 from infotraj.flight import ATTITUDE, POSITION, RATE, SPECIFIC_FORCE, VELOCITY, Flight
 from infotraj.importing import row_rate
@@ -181,15 +181,27 @@ def _steps(flight: Flight, rows: NDArray, vehicle: Vehicle) -> dict[str, float]:
     for columns, what in ((input_columns(vehicle, flight), rotors), (tilts, "tilts")):
         if columns and flight.has(*columns):
             name = "commanded" if columns[0].startswith("cmd_") else "measured"
-            x = flight.get(*columns)[rows]
-            known = np.isfinite(x).all(axis=1)
-            t = flight.t[rows][known]
-            changed = _new_values(np.any(np.diff(x[known], axis=0) != 0.0, axis=1))
-            if len(t) > 1 and len(changed) == 0:
-                out[f"{name} {what}"] = np.inf
-            elif len(changed) > 10:
-                out[f"{name} {what}"] = float(np.median(np.diff(t[1:][changed])))
+            step = _between_new(flight.t[rows], flight.get(*columns)[rows])
+            if step is not None:
+                out[f"{name} {what}"] = step
     return out
+
+
+def new_command_step(flight: Flight, vehicle: Vehicle) -> float:
+    """s between commands of the rotors (or of the wrench) that differ, the median; inf where there are none."""
+    columns = command_columns(vehicle)
+    step = _between_new(flight.t, flight.get(*columns)) if flight.has(*columns) else None
+    return np.inf if step is None else step
+
+
+def _between_new(t: Array, x: Array) -> float | None:
+    """s between new values of x (n, c) at t (n,), the median; inf where they never change, None where too few do."""
+    known = np.isfinite(x).all(axis=1)
+    t = t[known]
+    changed = _new_values(np.any(np.diff(x[known], axis=0) != 0.0, axis=1))
+    if len(t) > 1 and len(changed) == 0:
+        return np.inf
+    return float(np.median(np.diff(t[1:][changed]))) if len(changed) > 10 else None
 
 
 def _new_values(differs: NDArray) -> NDArray:

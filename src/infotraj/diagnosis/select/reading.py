@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from infotraj.diagnosis.gates.premises import command_step
+from infotraj.diagnosis.gates.premises import command_step, new_command_step
 from infotraj.diagnosis.linear.candidates import Candidate
 from infotraj.diagnosis.linear.observation import Member, Observation
 from infotraj.diagnosis.select.around import Linear, linearised
@@ -63,20 +63,9 @@ def as_healthy(flights: Sequence[Flight], healthy: Sequence[Flight], vehicle: Ve
 
     Read otherwise on one side alone, they would come late there, and that would be told as a change.
     """
-    every = min(_between_new(f, vehicle) / command_steps(f) for f in healthy)
+    every = min(new_command_step(f, vehicle) / command_steps(f) for f in healthy)
     counts = [round(command_step(f, vehicle) / every) if ran_on(f, vehicle) else 1 for f in flights]
     return [stepped(f, min(count, MOST_STEPS)) if count > 1 else f for f, count in zip(flights, counts, strict=True)]
-
-
-def _between_new(flight: Flight, vehicle: Vehicle) -> float:
-    """s from one new command to the next, the median; inf where none is known."""
-    columns = command_columns(vehicle)
-    if not flight.has(*columns):
-        return np.inf
-    x = flight.get(*columns)
-    known = np.isfinite(x).all(axis=1)
-    new = flight.t[known][1:][(np.diff(x[known], axis=0) != 0.0).any(axis=1)]
-    return float(np.median(np.diff(new))) if len(new) > 1 else np.inf
 
 
 def unread(candidate: Candidate, observation: Observation) -> float:
